@@ -1,0 +1,41 @@
+# Everything runs through environment/run, which finds or builds an environment
+# with dolfinx and all other tools; see "environment/run --help".
+
+RUN := environment/run
+
+.PHONY: help demo test lint image image-check clean distclean
+
+help:
+	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
+	@echo 'make test         run the tests and the checks of the source'
+	@echo 'make lint         run only the checks of the source'
+	@echo 'make image        build the container image fenics-nnm'
+	@echo 'make image-check  build the image and run a small study in it'
+	@echo 'make clean        remove caches and results'
+	@echo 'make distclean    remove also the private environment in .environment/'
+
+demo:
+	$(RUN) python3 demos/rod/rod.py
+	$(RUN) python3 demos/rotor37/rotor37.py
+
+test:
+	$(RUN) python3 -m pytest -q tests
+	$(MAKE) lint
+
+lint:
+	$(RUN) ruff check
+	$(RUN) ruff format --check
+	$(RUN) mypy fenics_nnm
+
+image:
+	environment/image-check --build-only
+
+image-check:
+	environment/image-check
+
+clean:
+	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache results
+	find . -name .environment -prune -o -name __pycache__ -type d -exec rm -rf {} +
+
+distclean: clean
+	rm -rf --one-file-system .environment

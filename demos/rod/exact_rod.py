@@ -1,0 +1,45 @@
+"""Exact first nonlinear mode of the rod: one contact of finite duration a period.
+
+The rod of unit length, wave speed, E A and gap moves as
+
+    u(x, t) = F(t + x) - F(t - x),     F' = -a on a length 2, +a on a length T - 2,
+
+with T in (3, 4) the period and a = 1 / (2 (T - 3)): a square wave runs along the rod, the tip
+rests on the obstacle during 4 - T with the constant force 2 a. Then omega / omega_1 = 4 / T and the
+energy is 2 a^2. All of it in units of the linear rod, so ratios hold for any rod.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: gamma of the linear mode that grazes: m^ / 2 with u = sin(pi x / 2) cos(omega t).
+GRAZING_GAMMA = 1 / 8
+
+
+def gamma(period: float, intervals: int = 2000) -> float:
+    """Modal energy coordinate <v^2> / (2 omega^2), integrated over the rod.
+
+    The mean of v^2 at x is 2 a^2 - 2 R(2 x) with R the autocorrelation of F'.
+    """
+    a = 1 / (2 * (period - 3))
+    x = np.linspace(0, 1, intervals + 1)
+    mean_square = 2 * a**2 - 2 * _autocorrelation(2 * x, period, a)
+    omega = 2 * np.pi / period
+    return float(np.trapezoid(mean_square, x) / 2 / omega**2)
+
+
+def _autocorrelation(shift: Array, period: float, a: float) -> Array:
+    shift = np.mod(shift, period)
+    both_low = np.maximum(0, 2 - shift) + np.maximum(0, 2 - (period - shift))
+    one_low = 2 * (2 - both_low)
+    both_high = period - both_low - one_low
+    return a**2 * (both_low - one_low + both_high) / period
+
+
+def frequency_ratio(gamma_ratio: Array | float) -> Array:
+    """omega / omega_1 of the exact mode at given gamma over gamma at grazing."""
+    periods = np.linspace(3.02, 3.9999, 4000)
+    ratios = np.array([gamma(period) for period in periods]) / GRAZING_GAMMA
+    return np.interp(gamma_ratio, ratios[::-1], 4 / periods[::-1])

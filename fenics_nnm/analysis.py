@@ -1,0 +1,146 @@
+"""The way of the data: from a study to the branch of a nonlinear mode.
+
+Every step is one function call whose result is a frozen record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from mpi4py import MPI
+
+from fenics_nnm.arrays import Indices
+from fenics_nnm.errors import ModelError
+from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface
+from fenics_nnm.fem.linear import LinearAnalysis, reduced
+from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.modes import ModalSolver
+from fenics_nnm.fem.solid import Body, Solid, assemble_solid
+from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.stages import Stages
+from fenics_nnm.study import MeshFile, Study
+
+
+def tagged_mesh(study: Study, comm: MPI.Comm) -> TaggedMesh:
+    """Read or generate the mesh of a study.
+
+    Raises:
+        MeshError: if it cannot be used.
+        GeometryError: if a built-in geometry cannot be made.
+    """
+    if isinstance(study.mesh, MeshFile):
+        return read_mesh(study.mesh.file, study.mesh.length_unit, comm)
+    return generate_mesh(study.mesh, comm)
+
+
+def linear_analysis(study: Study, comm: MPI.Comm, stages: Stages | None = None) -> LinearAnalysis:
+    """Mesh, assemble, find modes and attachment solutions, reduce.
+
+    Raises:
+        MeshError: if the mesh lacks a group, or contact facets touch the clamp.
+        ModelError: if the body is not held, or cannot be reduced as asked.
+        ConvergenceError: if the eigensolver fails or misses a mode.
+    """
+    stages = stages or Stages()
+    with stages.stage("mesh"):
+        tagged = tagged_mesh(study, comm)
+        clamped = _clamped_facets(study, tagged)
+        facets = tagged.facets_of(study.contact.facets, "contact.facets")
+    with stages.stage("assembly"):
+        solid = assemble_solid(tagged, _body(study), clamped)
+        interface = _interface(study, solid, facets)
+    with ModalSolver(solid) as solver:
+        with stages.stage("modes"):
+            modes = solver.modes(study.reduction.modes)
+        with stages.stage("attachments"):
+            attachments = solver.attachments(interface.unit_forces(solid.owned))
+    return reduced(solid, interface, modes, attachments)
+
+
+def nonlinear_mode(
+    study: Study,
+    model: ReducedModel,
+    *,
+    on_point: Callable[[BranchPoint], None] = lambda point: None,
+    stages: Stages | None = None,
+) -> Branch:
+    """Follow the nonlinear mode of a study over its energies.
+
+    Args:
+        study: Study.
+        model: Reduced model in SI units.
+        on_point: Called with each converged point before the next one is begun.
+        stages: Told how far the branch is.
+    """
+    stages = stages or Stages()
+    energies = study.continuation.energies
+    span = energies.stop - energies.start
+    with stages.stage("backbone"):
+        return follow(
+            model,
+            EnergyContinuation(
+                start=energies.start,
+                stop=energies.stop,
+                step=energies.step,
+                report_at=study.continuation.report_at,
+            ),
+            mode=study.mode.number - 1,
+            harmonics=study.mode.harmonics,
+            samples=study.mode.samples,
+            on_point=on_point,
+            on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
+        )
+
+
+def _body(study: Study) -> Body:
+    material, body = study.material, study.body
+    return Body(
+        theory=body.theory,
+        young=material.young,
+        poisson=material.poisson,
+        density=material.density,
+        extent=body.extent,
+        degree=body.degree,
+    )
+
+
+def _clamped_facets(study: Study, tagged: TaggedMesh) -> Indices:
+    if study.clamp is None:
+        return np.empty(0, dtype=np.int32)
+    return tagged.facets_of(study.clamp.facets, "clamp.facets")
+
+
+def _interface(study: Study, solid: Solid, facets: Indices) -> ContactInterface:
+    contact = study.contact
+    return contact_interface(
+        solid,
+        facets,
+        _direction(study, solid.tagged.dim),
+        gap=contact.gap,
+        count=None if contact.points == "all" else contact.points,
+        what=", ".join(f'"{name}"' for name in contact.facets),
+    )
+
+
+def _direction(study: Study, dim: int) -> Direction:
+    contact = study.contact
+    if contact.direction == "normal":
+        return Direction("normal")
+    if contact.direction == "radial":
+        origin = contact.origin or (0.0,) * dim
+        return Direction(
+            "radial",
+            _fitted(contact.axis_vector, dim, "contact.axis"),
+            _fitted(origin, dim, "contact.origin"),
+        )
+    return Direction("vector", _fitted(contact.direction, dim, "contact.direction"))
+
+
+def _fitted(vector: tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:
+    """A vector with as many components as the mesh has dimensions."""
+    if len(vector) < dim or any(vector[dim:]):
+        raise ModelError(f"{name} = {list(vector)}: must have {dim} components as the mesh has")
+    return vector[:dim]

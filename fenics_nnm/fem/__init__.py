@@ -1,0 +1,1 @@
+"""Everything that needs dolfinx, PETSc, SLEPc or gmsh."""

@@ -1,0 +1,203 @@
+"""Linear modes and attachment solutions from one factorisation of the stiffness."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from types import TracebackType
+
+import numpy as np
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.errors import ConvergenceError, ModelError
+from fenics_nnm.fem.solid import Solid
+
+logger = logging.getLogger(__name__)
+
+#: A squared frequency below this part of the highest one computed is a rigid-body mode.
+_RIGID = 1e-9
+
+#: Modes solved for beyond those asked for, so that the next frequency is known.
+_SPARE = 4
+
+
+@dataclass(frozen=True, slots=True)
+class LinearModes:
+    """Free vibration modes of a clamped body.
+
+    Attributes:
+        omega: Circular frequencies in rad/s, ascending, shape (J,).
+        shapes: Mass-normalised shapes (kg^-1/2) at the owned degrees of freedom, shape
+            (n_owned, J); the same on any number of ranks but for the sign.
+        checked_below: The inertia of K - s^2 M was found equal to J at s rad/s, so no mode below
+            was missed.
+    """
+
+    omega: Array
+    shapes: Array
+    checked_below: float
+
+    @property
+    def frequencies(self) -> Array:
+        """Frequencies in Hz, shape (J,)."""
+        return self.omega / (2 * np.pi)
+
+
+class ModalSolver:
+    """Factorises the stiffness once; a context manager that frees it.
+
+    PETSc options of the eigensolver take the prefix `nnm_`, those of the inertia check
+    `nnm_inertia_`.
+    """
+
+    def __init__(self, solid: Solid) -> None:
+        """Set up the eigenproblem K phi = omega^2 M phi of a body."""
+        self._solid = solid
+        eps = SLEPc.EPS().create(solid.stiffness.comm)
+        eps.setOptionsPrefix("nnm_")
+        eps.setOperators(solid.stiffness, solid.mass)
+        eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+        eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+        eps.setTarget(0.0)
+        transformation = eps.getST()
+        transformation.setType(SLEPc.ST.Type.SINVERT)
+        _use_mumps(transformation.getKSP())
+        eps.setTolerances(1e-10, 200)
+        self._eps = eps
+
+    def __enter__(self) -> ModalSolver:
+        """Enter the context."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Free the factorisation."""
+        self._eps.destroy()
+
+    def modes(self, count: int) -> LinearModes:
+        """The `count` lowest modes, with a check that none was missed.
+
+        Raises:
+            ModelError: if the body can move as a rigid body, or has too few degrees of freedom.
+            ConvergenceError: if the eigensolver fails or a mode was missed.
+        """
+        free = self._solid.dofs - self._solid.mass.comm.tompi4py().allreduce(self._owned_clamped())
+        if count > free:
+            raise ModelError(f"reduction.modes = {count}: the mesh has only {free} free dofs")
+        self._eps.setDimensions(min(count + _SPARE, free))
+        self._solve()
+        found = self._eps.getConverged()
+        if found < min(count + 1, free):
+            raise ConvergenceError(f"eigensolver: {found} of {count} modes converged")
+        squared = np.array([self._eps.getEigenvalue(i).real for i in range(found)])
+        order = np.argsort(squared)
+        self._check_rigid(squared[order])
+        squared = squared[order]
+        below = self._check_inertia(squared, count)
+        return LinearModes(
+            omega=np.sqrt(squared[:count]), shapes=self._shapes(order[:count]), checked_below=below
+        )
+
+    def attachments(self, forces: Array) -> Array:
+        """Static displacements under columns of forces, solved as one block.
+
+        Args:
+            forces: Forces in N at the owned degrees of freedom, shape (n_owned, k).
+
+        Returns:
+            Displacements in m, shape (n_owned, k).
+        """
+        self._eps.setUp()
+        ksp = self._eps.getST().getKSP()
+        right = _dense(forces, self._solid)
+        left = _dense(np.zeros_like(forces), self._solid)
+        ksp.matSolve(right, left)
+        solution = np.array(left.getDenseArray(readonly=True))
+        right.destroy()
+        left.destroy()
+        return solution
+
+    def _owned_clamped(self) -> int:
+        return int(np.count_nonzero(self._solid.clamped < self._solid.owned))
+
+    def _solve(self) -> None:
+        try:
+            self._eps.solve()
+        except PETSc.Error as error:
+            raise ModelError(
+                "the stiffness cannot be factorised: rigid-body modes (is the body clamped?), "
+                f"or no memory (PETSc error {error.ierr})"
+            ) from error
+
+    def _check_rigid(self, squared: Array) -> None:
+        rigid = int(np.count_nonzero(squared <= _RIGID * np.abs(squared).max()))
+        if rigid:
+            raise ModelError(
+                f"{rigid} rigid-body modes found: the body is not held; "
+                "name facets that hold it in clamp.facets"
+            )
+
+    def _check_inertia(self, squared: Array, count: int) -> float:
+        """Count the eigenvalues below the first gap after `count` modes by Sylvester's law."""
+        gaps = np.flatnonzero(np.diff(squared) > 1e-6 * squared[1:]) + 1
+        inside = int(next((gap for gap in gaps if gap >= count), gaps[-1] if len(gaps) else 0))
+        if inside == 0:
+            return 0.0
+        shift = (squared[inside - 1] + squared[inside]) / 2
+        negative = _negative_pivots(self._solid, shift)
+        if negative != inside:
+            raise ConvergenceError(
+                f"eigensolver: {inside} modes below {np.sqrt(shift) / 2 / np.pi:.6g} Hz, but the "
+                f"inertia of K - s^2 M counts {negative}: a mode was missed"
+            )
+        return float(np.sqrt(shift))
+
+    def _shapes(self, order: Indices) -> Array:
+        shapes = np.empty((self._solid.owned, len(order)))
+        vector = self._solid.stiffness.createVecRight()
+        product = vector.duplicate()
+        for column, index in enumerate(order):
+            self._eps.getEigenvector(int(index), vector)
+            self._solid.mass.mult(vector, product)
+            shapes[:, column] = vector.array / np.sqrt(vector.dot(product))
+        vector.destroy()
+        product.destroy()
+        return shapes
+
+
+def _use_mumps(ksp: PETSc.KSP) -> None:
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.getPC().setType(PETSc.PC.Type.CHOLESKY)
+    ksp.getPC().setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+
+
+def _dense(columns: Array, solid: Solid) -> PETSc.Mat:
+    matrix = PETSc.Mat().createDense(
+        ((solid.owned, PETSc.DETERMINE), (PETSc.DECIDE, columns.shape[1])),
+        array=np.asfortranarray(columns),
+        comm=solid.stiffness.comm,
+    )
+    matrix.assemble()
+    return matrix
+
+
+def _negative_pivots(solid: Solid, shift: float) -> int:
+    """Number of eigenvalues of (K, M) below `shift`, from a factorisation of K - shift M."""
+    shifted = solid.stiffness.copy()
+    shifted.axpy(-shift, solid.mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+    shifted.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    ksp = PETSc.KSP().create(shifted.comm)
+    ksp.setOptionsPrefix("nnm_inertia_")
+    ksp.setOperators(shifted)
+    _use_mumps(ksp)
+    ksp.setUp()
+    negative = ksp.getPC().getFactorMatrix().getMumpsInfog(12)
+    ksp.destroy()
+    shifted.destroy()
+    return int(negative)

@@ -1,0 +1,15 @@
+"""Built-in geometries: each a frozen record that fills the current gmsh model."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from fenics_nnm.geometry.beam import Beam
+from fenics_nnm.geometry.blade import Blade
+from fenics_nnm.geometry.plate import Plate
+from fenics_nnm.geometry.rod import Rod
+
+Geometry = Annotated[Rod | Beam | Plate | Blade, Field(discriminator="model")]
+"""Any built-in geometry, told apart by its key `model`."""
+
+__all__ = ["Beam", "Blade", "Geometry", "Plate", "Rod"]

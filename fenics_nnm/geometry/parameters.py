@@ -1,0 +1,22 @@
+"""What all built-in geometries share: number types, length units, the frozen record."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+GmshModel = Any
+"""`gmsh.model`: a class that gmsh uses as a name space, so it has no type of its own."""
+
+LengthUnit = Literal["m", "cm", "mm", "in", "ft"]
+
+METRES: dict[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
+"""Metres in one length unit."""
+
+Length = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
+Count = Annotated[int, Field(gt=0, strict=True)]
+
+
+class GeometryRecord(BaseModel):
+    """Frozen parameters of a geometry; an unknown key is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")

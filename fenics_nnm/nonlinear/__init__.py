@@ -1,0 +1,1 @@
+"""Nonlinear modes of a reduced model; NumPy and SciPy only."""

@@ -1,0 +1,123 @@
+"""Contact laws: from displacements at the time samples to contact forces and their derivative.
+
+A law treats all samples at once. Its derivative is block-diagonal over the samples and touches
+only the points in contact, so it is kept as one small matrix a sample.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import nnls
+
+from fenics_nnm.arrays import Array, Indices
+
+_ACTIVE_SET_ROUNDS = 30
+
+
+@dataclass(frozen=True, slots=True)
+class ContactForces:
+    """Contact forces at s samples and their derivative by the free displacement Phi q.
+
+    Attributes:
+        force: lambda >= 0, shape (s, n_c).
+        samples: Indices of the samples with contact, shape (s_a,).
+        points: Indices of the points in contact at each of these, padded, shape (s_a, k).
+        slope: d lambda / d (Phi q) among these points, zero in the padding, shape (s_a, k, k).
+    """
+
+    force: Array
+    samples: Indices
+    points: Indices
+    slope: Array
+
+
+class ContactLaw(Protocol):
+    """What the harmonic equations ask of a law."""
+
+    def __call__(self, free_displacement: Array) -> ContactForces:
+        """Forces that belong to free displacements Phi q of shape (s, n_c)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Complementarity:
+    """Signorini's conditions at each sample, exactly, for contact points without mass.
+
+    At every sample lambda solves the linear complementarity problem
+
+        0 <= lambda   _|_   R lambda - (Phi q - gap) >= 0
+
+    with R symmetric positive definite: primal-dual active set for all samples at once, and
+    non-negative least squares, which always ends, for samples where the set cycles.
+
+    Attributes:
+        R: Residual flexibility, shape (n_c, n_c).
+        gap: Gaps, shape (n_c,).
+    """
+
+    R: Array
+    gap: Array
+
+    def __call__(self, free_displacement: Array) -> ContactForces:
+        """Forces and derivative at free displacements Phi q of shape (s, n_c)."""
+        excess = free_displacement - self.gap
+        active = excess > 0
+        pending = np.flatnonzero(active.any(axis=1))
+        for _ in range(_ACTIVE_SET_ROUNDS):
+            if not pending.size:
+                break
+            chosen = active[pending]
+            force = _solve_on(self.R, excess[pending], chosen)
+            updated = np.where(chosen, force > 0, excess[pending] - force @ self.R > 0)
+            active[pending] = updated
+            pending = pending[(updated != chosen).any(axis=1)]
+        for sample in pending:
+            active[sample] = _least_squares_active_set(self.R, excess[sample])
+        return self._on_active_set(excess, active)
+
+    def _on_active_set(self, excess: Array, active: NDArray[np.bool_]) -> ContactForces:
+        samples = np.flatnonzero(active.any(axis=1))
+        points, used = _compressed(active[samples])
+        slope = np.linalg.inv(_submatrices(self.R, points, used))
+        slope *= used[:, :, None] & used[:, None, :]
+        local = np.einsum("skl,sl->sk", slope, np.take_along_axis(excess[samples], points, 1))
+        force = np.zeros_like(excess)
+        local_force = np.zeros((len(samples), excess.shape[1]))
+        np.put_along_axis(local_force, points, np.where(used, np.maximum(local, 0.0), 0.0), 1)
+        force[samples] = local_force
+        return ContactForces(force=force, samples=samples, points=points, slope=slope)
+
+
+def _compressed(active: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:
+    """Indices of the active points of each row, active ones first, and which are no padding."""
+    width = int(active.sum(axis=1).max(initial=0))
+    points = np.argsort(~active, axis=1, kind="stable")[:, :width]
+    return points, np.take_along_axis(active, points, 1)
+
+
+def _submatrices(R: Array, points: Indices, used: NDArray[np.bool_]) -> Array:
+    """Rows and columns `points` of R for each sample, the identity in the padding."""
+    both = used[:, :, None] & used[:, None, :]
+    blocks = R[points[:, :, None], points[:, None, :]]
+    return np.where(both, blocks, np.eye(points.shape[1]) * np.abs(R).max())
+
+
+def _solve_on(R: Array, excess: Array, active: NDArray[np.bool_]) -> Array:
+    """Forces that close the gap exactly at the active points of each sample."""
+    points, used = _compressed(active)
+    local = np.where(used, np.take_along_axis(excess, points, 1), 0.0)
+    solved = np.linalg.solve(_submatrices(R, points, used), local[:, :, None])[:, :, 0]
+    force = np.zeros_like(excess)
+    np.put_along_axis(force, points, np.where(used, solved, 0.0), 1)
+    return force
+
+
+def _least_squares_active_set(R: Array, excess: Array) -> NDArray[np.bool_]:
+    """Active set of min 1/2 lambda R lambda - lambda excess over lambda >= 0."""
+    factor = cholesky(R, lower=True)
+    force, _ = nnls(factor.T, solve_triangular(factor, excess, lower=True))
+    return force > 0

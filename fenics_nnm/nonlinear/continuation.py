@@ -1,0 +1,194 @@
+"""Continuation of a nonlinear mode over energy."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.levels import levels
+from fenics_nnm.nonlinear.lift import SHARE_DROP, Lift, Stack
+from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
+from fenics_nnm.reduction.model import ReducedModel
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyContinuation:
+    """Which energies to visit; all are ratios gamma / gamma_grazing.
+
+    Attributes:
+        start: First ratio.
+        stop: Last ratio.
+        step: Largest step.
+        smallest_step: A step that fails is halved down to this.
+        report_at: Ratios that must be among the points.
+        newton: Newton's configuration.
+    """
+
+    start: float
+    stop: float
+    step: float
+    smallest_step: float = 0.005
+    report_at: tuple[float, ...] = ()
+    newton: Newton = field(default_factory=lambda: Newton(iterations=25))
+
+    def __post_init__(self) -> None:
+        if not 0 < self.start < self.stop:
+            raise ModelError(
+                f"energies from {self.start:g} to {self.stop:g}: must be 0 < from < to"
+            )
+        outside = [ratio for ratio in self.report_at if not self.start <= ratio <= self.stop]
+        if outside:
+            raise ModelError(
+                f"report_at = {outside[0]:g}: must lie between {self.start:g} and {self.stop:g}"
+            )
+
+    def targets(self) -> list[float]:
+        """Ratios to visit, ascending: equal steps no larger than `step`, and `report_at`."""
+        count = int(np.ceil((self.stop - self.start) / self.step - 1e-9))
+        grid = self.start + (self.stop - self.start) * np.arange(count + 1) / count
+        free = [g for g in grid if all(abs(g - r) > 1e-9 * r for r in self.report_at)]
+        return sorted({*(float(g) for g in free), *self.report_at})
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """A branch and the reason of its end.
+
+    Attributes:
+        points: Converged points, by ascending energy.
+        failures: Wanted ratios without a point, each with the reason.
+        reason: Why the branch ended.
+    """
+
+    points: tuple[BranchPoint, ...]
+    failures: tuple[tuple[float, str], ...]
+    reason: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether every wanted energy has a point."""
+        return not self.failures
+
+
+def follow(
+    model: ReducedModel,
+    continuation: EnergyContinuation,
+    *,
+    mode: int,
+    harmonics: int,
+    samples: int,
+    on_point: Callable[[BranchPoint], None] = lambda point: None,
+    on_progress: Callable[[float], None] = lambda ratio: None,
+) -> Branch:
+    """Follow a nonlinear mode over energy.
+
+    Each energy is approached from coarse to fine levels, so a point inside an internal resonance
+    does not spoil those after it. A second look, down the branch, tries the energies that could
+    not be reached from below, and those whose motion has lost energy to other modes.
+
+    Args:
+        model: Reduced model in SI units.
+        continuation: Energies to visit.
+        mode: Index of the linear mode that the branch starts at, from 0.
+        harmonics: Number of harmonics N.
+        samples: Number of time samples m a period.
+        on_point: Called with each converged point before the next one is begun; a later point at
+            the same energy replaces the earlier one.
+        on_progress: Called with each energy ratio that has been dealt with.
+
+    Raises:
+        ModelError: if the mode is not in the model or never touches.
+    """
+    if not 0 <= mode < model.modes:
+        raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
+    scaled, scales = model.dimensionless(mode)
+    lift = Lift(
+        levels(scaled, mode=mode, harmonics=harmonics, samples=samples), mode, continuation.newton
+    )
+    maker = PointMaker(lift.levels[-1].equations, scales)
+    march = _March(lift, maker, continuation, on_point)
+    targets = continuation.targets()
+    for target in targets:
+        march.reach(target)
+        on_progress(target)
+    march.second_look()
+    points = tuple(march.points[ratio] for ratio in sorted(march.points))
+    failures = tuple(sorted(march.failures.items()))
+    return Branch(points, failures, _reason(continuation, points, failures))
+
+
+@dataclass(slots=True)
+class _March:
+    """Run state of `follow`."""
+
+    lift: Lift
+    maker: PointMaker
+    continuation: EnergyContinuation
+    on_point: Callable[[BranchPoint], None]
+    points: dict[float, BranchPoint] = field(default_factory=dict)
+    stacks: dict[float, Stack] = field(default_factory=dict)
+    failures: dict[float, str] = field(default_factory=dict)
+
+    def reach(self, target: float) -> None:
+        """Get to `target` from the nearest point, in halved steps where one step fails."""
+        at = target
+        while True:
+            neighbour = self._nearest(target)
+            stack = self.lift.at(at, neighbour)
+            if stack.finest is not None:
+                self._accept(stack)
+                if at == target:
+                    return
+                at = target
+                continue
+            logger.info("gamma_ratio %.4f: %s", at, stack.failure)
+            self.failures.setdefault(target, stack.failure)
+            start = neighbour.gamma_ratio if neighbour else at
+            at = (start + at) / 2
+            if abs(at - start) < self.continuation.smallest_step:
+                return
+
+    def second_look(self) -> None:
+        """Go down the branch: try again what is missing, or has lost energy to other modes."""
+        for ratio in sorted({*self.stacks, *self.failures}, reverse=True):
+            above = min((g for g in self.stacks if g > ratio), default=None)
+            if above is None:
+                continue
+            if ratio in self.failures:
+                self.reach(ratio)
+            elif self.stacks[ratio].share < self.stacks[above].share - SHARE_DROP:
+                stack = self.lift.at(ratio, self.stacks[above])
+                if stack.share > self.stacks[ratio].share:
+                    self._accept(stack)
+
+    def _nearest(self, target: float) -> Stack | None:
+        nearest = min(self.stacks, key=lambda ratio: abs(ratio - target), default=None)
+        return None if nearest is None else self.stacks[nearest]
+
+    def _accept(self, stack: Stack) -> None:
+        assert stack.finest is not None
+        point = self.maker.point(stack.gamma_ratio, stack.finest)
+        self.on_point(point)
+        self.stacks[stack.gamma_ratio] = stack
+        self.points[stack.gamma_ratio] = point
+        self.failures.pop(stack.gamma_ratio, None)
+
+
+def _reason(
+    continuation: EnergyContinuation,
+    points: tuple[BranchPoint, ...],
+    failures: tuple[tuple[float, str], ...],
+) -> str:
+    if not failures:
+        return f"reached gamma_ratio {continuation.stop:g}"
+    if not points:
+        return f"no point converged; at gamma_ratio {failures[0][0]:g}: {failures[0][1]}"
+    missing = ", ".join(f"{ratio:g}" for ratio, _ in failures)
+    return f"no point at gamma_ratio {missing}: {failures[0][1]}"

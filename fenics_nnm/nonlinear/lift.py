@@ -1,0 +1,193 @@
+"""One point of a branch: from the coarsest level to the finest at a given energy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.levels import Level
+from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, solve
+
+#: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
+GRAZING_GAMMA = 0.25
+
+#: Step in gamma ratio at the coarsest level, whose branch is smooth.
+_COARSE_STEP = 0.1
+
+#: A motion with less than this part of the contact of the followed mode alone avoids it.
+_SMALLEST_CONTACT = 0.3
+
+#: A fall of that share from one point to the next by this much asks for a second look.
+SHARE_DROP = 0.02
+
+#: A motion whose followed mode, in its first harmonic, has less than this share of m^ has left it.
+_SMALLEST_SHARE = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    """Solutions of all levels at one energy, None where a level has none.
+
+    Attributes:
+        gamma_ratio: gamma over its value at grazing.
+        solutions: One entry a level, coarse to fine.
+        share: Share of the kinetic energy of the finest level in the first harmonic of the
+            followed mode; 0 without a solution. Internal resonances draw on it.
+        failure: Why the finest level has none; empty where it has one.
+    """
+
+    gamma_ratio: float
+    solutions: tuple[Solution | None, ...]
+    share: float = 0.0
+    failure: str = ""
+
+    @property
+    def finest(self) -> Solution | None:
+        """Solution at the truncation that the study asks for."""
+        return self.solutions[-1]
+
+
+@dataclass(slots=True)
+class Lift:
+    """Solves for points at given energies, level by level.
+
+    Attributes:
+        levels: Levels, coarse to fine.
+        mode: Index of the followed mode.
+        newton: Newton's configuration.
+    """
+
+    levels: tuple[Level, ...]
+    mode: int
+    newton: Newton
+    _coarse: dict[float, Solution] = field(default_factory=dict)
+
+    def at(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
+        """Solve at `gamma_ratio`, with the help of a neighbouring point where that is better.
+
+        Lifting alone finds the branch afresh at each energy; where it fails, or ends in an
+        internal resonance, the levels of the neighbour guide it. Of two motions the one that
+        keeps more of its energy in the followed mode is taken.
+        """
+        alone = self._lifted(gamma_ratio, None)
+        if neighbour is None or alone.share > neighbour.share - SHARE_DROP:
+            return alone
+        return max(alone, self._lifted(gamma_ratio, neighbour), key=lambda stack: stack.share)
+
+    def _lifted(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
+        solutions: list[Solution | None] = [self.coarse(gamma_ratio)]
+        failure = "" if solutions[0] else "the single-mode problem has no solution"
+        for index in range(1, len(self.levels)):
+            solution, failure = self._level(index, gamma_ratio, solutions, neighbour)
+            solutions.append(solution)
+        finest = solutions[-1]
+        share = self._share(self.levels[-1], finest) if finest else 0.0
+        return Stack(gamma_ratio, tuple(solutions), share, failure)
+
+    def coarse(self, gamma_ratio: float) -> Solution | None:
+        """Solution of the coarsest level, reached in small steps from the nearest one known."""
+        if not self._coarse:
+            self._coarse[0.5] = self._linear_start(0.5)
+        at = min(self._coarse, key=lambda known: abs(known - gamma_ratio))
+        while at != gamma_ratio:
+            step = np.clip(gamma_ratio - at, -_COARSE_STEP, _COARSE_STEP)
+            following = gamma_ratio if abs(gamma_ratio - at) <= _COARSE_STEP else at + step
+            known = self._coarse[at]
+            scaled = known.q * np.sqrt(following / at)
+            solution, _ = self._solve(0, following, scaled, known.omega)
+            if solution is None:
+                return None
+            self._coarse[following] = solution
+            at = following
+        return self._coarse[at]
+
+    def _linear_start(self, gamma_ratio: float) -> Solution:
+        level = self.levels[0]
+        q = np.zeros(level.equations.shape)
+        column = int(np.searchsorted(level.modes, self.mode))
+        q[1, column] = np.sqrt(gamma_ratio)
+        omega = float(level.equations.model.omega[column])
+        return solve(level.equations, FixedEnergy(gamma_ratio * GRAZING_GAMMA), q, omega)
+
+    def _level(
+        self,
+        index: int,
+        gamma_ratio: float,
+        below: list[Solution | None],
+        neighbour: Stack | None,
+    ) -> tuple[Solution | None, str]:
+        failure = "no level below has a solution"
+        for q, omega in self._guesses(index, below, gamma_ratio, neighbour):
+            solution, failure = self._solve(index, gamma_ratio, q, omega)
+            if solution is not None:
+                return solution, ""
+        return None, failure
+
+    def _guesses(
+        self, index: int, below: list[Solution | None], gamma_ratio: float, neighbour: Stack | None
+    ) -> Iterator[tuple[Array, float]]:
+        """Guesses for a level: beside the neighbour's solution, then from the level below."""
+        lower = next((i for i in reversed(range(index)) if below[i] is not None), None)
+        beside = neighbour.solutions[index] if neighbour else None
+        if neighbour is not None and beside is not None:
+            there = neighbour.solutions[lower] if lower is not None else None
+            if lower is not None and there is not None:
+                here = below[lower]
+                assert here is not None
+                change = self._moved(lower, index, here.q - there.q)
+                yield beside.q + change, beside.omega + here.omega - there.omega
+            yield beside.q * np.sqrt(gamma_ratio / neighbour.gamma_ratio), beside.omega
+        if lower is not None:
+            solution = below[lower]
+            assert solution is not None
+            yield self._moved(lower, index, solution.q), solution.omega
+
+    def _moved(self, source: int, target: int, q: Array) -> Array:
+        return self.levels[target].restricted(self.levels[source].extended(q))
+
+    def _solve(
+        self, index: int, gamma_ratio: float, q: Array, omega: float
+    ) -> tuple[Solution | None, str]:
+        level = self.levels[index]
+        target = FixedEnergy(gamma_ratio * GRAZING_GAMMA)
+        solution = solve(level.equations, target, q, omega, options=self.newton)
+        failure = solution.failure or self._not_on_branch(level, gamma_ratio, solution)
+        return (None, failure) if failure else (solution, "")
+
+    def _not_on_branch(self, level: Level, gamma_ratio: float, solution: Solution) -> str:
+        """Why a converged motion is not on the branch of the followed mode; empty if it is."""
+        touching = self._contact_share(level, gamma_ratio, solution)
+        if touching < _SMALLEST_CONTACT:
+            return (
+                f"converged to a motion with {touching:.2g} of the contact that the followed mode "
+                "alone has at this energy: an internal resonance lets it avoid the obstacle"
+            )
+        share = self._share(level, solution)
+        if share < _SMALLEST_SHARE:
+            return (
+                f"converged to a motion that carries only {share:.0%} of its kinetic energy in the "
+                "first harmonic of the followed mode: another family (internal resonance)"
+            )
+        return ""
+
+    def _contact_share(self, level: Level, gamma_ratio: float, solution: Solution) -> float:
+        """Virial of the contact forces over that of the coarsest level; 1 where that has none."""
+        if level is self.levels[0] or gamma_ratio <= 1 + 1e-9:
+            return 1.0
+        coarsest = self.levels[0].equations
+        alone = self.coarse(gamma_ratio)
+        reference = coarsest.energies(alone.q, alone.forces).virial if alone else 0.0
+        found = level.equations.energies(solution.q, solution.forces)
+        if not reference:
+            return float(found.virial > 1e3 * self.newton.tolerance * found.stiffness)
+        return found.virial / reference
+
+    def _share(self, level: Level, solution: Solution) -> float:
+        """Share of the kinetic energy in the first harmonic of the followed mode."""
+        order = level.equations.series.order
+        mean_square = level.equations.series.mean_square
+        kinetic = (mean_square * order**2)[:, None] * solution.q**2
+        return float(kinetic[1, np.searchsorted(level.modes, self.mode)] / kinetic.sum())

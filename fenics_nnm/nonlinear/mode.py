@@ -1,0 +1,138 @@
+"""Harmonic equations of a nonlinear mode: residual, Jacobian, energies, virial identity.
+
+Everything here is dimensionless or not as its model is; nothing depends on the units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.contact_law import ContactForces, ContactLaw
+from fenics_nnm.nonlinear.fourier import CosineSeries
+from fenics_nnm.reduction.model import ReducedModel
+
+
+@dataclass(frozen=True, slots=True)
+class Energies:
+    """Energies of a periodic motion (Laxalde and Legrand 2011, Eqs. 9-12, with n^2 in h).
+
+    Attributes:
+        stiffness: k^ = sum_n U_n* K U_n, twice the mean strain energy.
+        mass: m^ = sum_n n^2 U_n* M U_n; omega^2 m^ is twice the mean kinetic energy.
+        virial: <lambda, gap>, mean over the period of the sum over the contact points.
+    """
+
+    stiffness: float
+    mass: float
+    virial: float
+
+    @property
+    def gamma(self) -> float:
+        """Modal energy coordinate gamma = m^ / 2."""
+        return self.mass / 2
+
+    @property
+    def rayleigh_quotient(self) -> float:
+        """R = k^ / m^, the square of the frequency only where no force acts across the gap."""
+        return self.stiffness / self.mass
+
+    def total(self, omega: float) -> float:
+        """Energy E, constant in time: mean strain energy + mean kinetic energy."""
+        return (self.stiffness + omega**2 * self.mass) / 2
+
+    def virial_error(self, omega: float) -> float:
+        """Relative error of omega^2 m^ = k^ + <lambda, gap>, which every exact solution obeys."""
+        return abs(omega**2 * self.mass - self.stiffness - self.virial) / self.stiffness
+
+
+@dataclass(frozen=True, slots=True)
+class HarmonicEquations:
+    r"""Harmonic balance of a reduced model under a contact law.
+
+    For harmonic n and mode j, with lambda_n the harmonics of the sampled contact forces,
+
+        (omega_j^2 - n^2 omega^2) q_nj + (Phi^T lambda_n)_j = 0,      n = 0..N.
+
+    Coefficients `q` have the shape (N + 1, J) throughout.
+    """
+
+    model: ReducedModel
+    series: CosineSeries
+    law: ContactLaw
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Shape of the coefficients: (N + 1, J)."""
+        return len(self.series.order), self.model.modes
+
+    def forces(self, q: Array) -> ContactForces:
+        """Contact forces at the samples of the motion q."""
+        return self.law(self.series.synthesis @ q @ self.model.Phi.T)
+
+    def dynamic_stiffness(self, omega: float) -> Array:
+        """omega_j^2 - n^2 omega^2, shape (N + 1, J)."""
+        return self.model.omega**2 - (self.series.order[:, None] * omega) ** 2
+
+    def residual(self, q: Array, omega: float, forces: ContactForces) -> Array:
+        """Left-hand sides of the harmonic equations, shape (N + 1, J)."""
+        return self.dynamic_stiffness(omega) * q + self.force_harmonics(forces) @ self.model.Phi
+
+    def force_harmonics(self, forces: ContactForces) -> Array:
+        """Harmonics lambda_n of the contact forces, shape (N + 1, n_c)."""
+        return self.series.analysis @ forces.force
+
+    def jacobian(self, omega: float, forces: ContactForces) -> Array:
+        """Derivative of the residual by q, shape ((N + 1) J, (N + 1) J), rows and columns (n, j).
+
+        The contact part is sum_k A_nk C_kn' (Phi^T D_k Phi) over the samples k in contact.
+        """
+        rows, modes = self.shape
+        at = forces.samples
+        Phi = self.model.Phi[forces.points]
+        contact = np.swapaxes(Phi, 1, 2) @ (forces.slope @ Phi)
+        mixing = self.series.analysis[:, None, at] * self.series.synthesis.T[None, :, at]
+        blocks = mixing.reshape(rows * rows, len(at)) @ contact.reshape(len(at), modes * modes)
+        matrix = blocks.reshape(rows, rows, modes, modes).swapaxes(1, 2).reshape(rows * modes, -1)
+        diagonal = np.arange(rows * modes)
+        matrix[diagonal, diagonal] += self.dynamic_stiffness(omega).ravel()
+        return matrix
+
+    def frequency_column(self, q: Array, omega: float) -> Array:
+        """Derivative of the residual by omega, shape (N + 1, J)."""
+        return -2 * omega * self.series.order[:, None] ** 2 * q
+
+    def gamma(self, q: Array) -> float:
+        """Modal energy coordinate gamma = m^ / 2."""
+        return float(np.sum(self._gamma_weight * q**2) / 2)
+
+    def gamma_gradient(self, q: Array) -> Array:
+        """Derivative of gamma by q, shape (N + 1, J)."""
+        return self._gamma_weight * q
+
+    def energies(self, q: Array, forces: ContactForces) -> Energies:
+        """Energies of the motion; the strain energy of R is the mean of lambda^T R lambda."""
+        mean_square = self.series.mean_square[:, None]
+        residual_part = np.einsum("sc,cd,sd->s", forces.force, self.model.R, forces.force)
+        return Energies(
+            stiffness=float(
+                np.sum(mean_square * (self.model.omega * q) ** 2)
+                + self.series.weight @ residual_part
+            ),
+            mass=2 * self.gamma(q),
+            virial=float(self.series.weight @ (forces.force @ self.model.gap)),
+        )
+
+    def row_scale(self, omega: float) -> Array:
+        """Size of each equation per unit of its coordinate: omega_j^2 + n^2 omega^2."""
+        return self.model.omega**2 + (self.series.order[:, None] * omega) ** 2
+
+    def relative_residual(self, q: Array, omega: float, residual: Array) -> float:
+        """Norm of the residual as displacements, relative to the norm of the motion."""
+        return float(np.linalg.norm(residual / self.row_scale(omega)) / np.linalg.norm(q))
+
+    @property
+    def _gamma_weight(self) -> Array:
+        return (self.series.mean_square * self.series.order**2)[:, None]

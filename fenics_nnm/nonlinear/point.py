@@ -1,0 +1,106 @@
+"""A converged point of a branch in physical units, with the proof that it carries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.reduction.model import Scales
+
+#: The penetration is sought on a time grid finer than the samples by this factor.
+_FINER = 8
+
+
+@dataclass(frozen=True, slots=True)
+class BranchPoint:
+    """A periodic motion of the branch.
+
+    Attributes:
+        gamma_ratio: Modal energy coordinate over its value at grazing.
+        frequency: Physical frequency in Hz.
+        frequency_ratio: Frequency over that of the linear mode.
+        rayleigh_frequency: sqrt(r) / 2 pi in Hz, the paper's quantity; it is not the frequency
+            once there is a gap.
+        energy: Total energy in J.
+        residual: Relative residual of the harmonic equations.
+        penetration: Largest penetration between the samples in m, the contact forces
+            taken linear between them.
+        complementarity: Largest |lambda (w - gap)| at the samples over max lambda times gap.
+        virial_error: Relative error of omega^2 m^ = k^ + <lambda, gap>.
+        contact_fraction: Share of the period with contact somewhere.
+        iterations: Newton steps at the finest level.
+        status: "converged".
+        q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J).
+        force: Contact forces in N at the samples of the first half period, shape (m // 2 + 1, n_c).
+    """
+
+    gamma_ratio: float
+    frequency: float
+    frequency_ratio: float
+    rayleigh_frequency: float
+    energy: float
+    residual: float
+    penetration: float
+    complementarity: float
+    virial_error: float
+    contact_fraction: float
+    iterations: int
+    status: str
+    q: Array
+    force: Array
+
+
+@dataclass(frozen=True, slots=True)
+class PointMaker:
+    """Turns dimensionless solutions of the finest level into points.
+
+    Attributes:
+        equations: Equations of the finest level, dimensionless.
+        scales: Units of the dimensionless model.
+    """
+
+    equations: HarmonicEquations
+    scales: Scales
+
+    def point(self, gamma_ratio: float, solution: Solution) -> BranchPoint:
+        """The point that belongs to a converged solution."""
+        energies = self.equations.energies(solution.q, solution.forces)
+        hertz = self.scales.omega / (2 * np.pi)
+        in_contact = (solution.forces.force > 0).any(axis=1)
+        return BranchPoint(
+            gamma_ratio=gamma_ratio,
+            frequency=solution.omega * hertz,
+            frequency_ratio=solution.omega,
+            rayleigh_frequency=float(np.sqrt(energies.rayleigh_quotient)) * hertz,
+            energy=energies.total(solution.omega) * self.scales.energy,
+            residual=solution.residual,
+            penetration=self._penetration(solution) * self.scales.length,
+            complementarity=self._complementarity(solution),
+            virial_error=energies.virial_error(solution.omega),
+            contact_fraction=float(self.equations.series.weight @ in_contact),
+            iterations=solution.iterations,
+            status="converged",
+            q=solution.q * self.scales.amplitude,
+            force=solution.forces.force * self.scales.force,
+        )
+
+    def _penetration(self, solution: Solution) -> float:
+        model, series = self.equations.model, self.equations.series
+        phase = np.linspace(0, np.pi, _FINER * series.samples // 2 + 1)
+        force = np.array(
+            [np.interp(phase, series.phase, column) for column in solution.forces.force.T]
+        )
+        displacement = series.basis_at(phase) @ solution.q @ model.Phi.T - force.T @ model.R
+        return max(0.0, float((displacement - model.gap).max()))
+
+    def _complementarity(self, solution: Solution) -> float:
+        model, force = self.equations.model, solution.forces.force
+        if not force.any():
+            return 0.0
+        displacement = self.equations.series.synthesis @ solution.q @ model.Phi.T - force @ model.R
+        product = np.abs(force * (displacement - model.gap)).max()
+        return float(product / (force.max() * model.gap.min()))

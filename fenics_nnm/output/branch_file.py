@@ -1,0 +1,159 @@
+"""branch.h5: everything needed to plot, export or restart without solving the mesh again.
+
+Layout (SI units):
+
+    /                    attributes: format, study (TOML), versions (JSON), reason
+    /model               omega, Phi, R, gap of the reduced model
+    /contact             points, directions, areas
+    /series              attributes: mode (from 1), harmonics, samples
+    /mesh                points, cells (VTK order), cell_type (VTK)
+    /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim)
+    /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c); attributes: scalars of the point
+
+Points are numbered in the order in which they converged; of two at one energy the later one holds.
+The file is closed between two of them.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import OutputError
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.reduction.model import ReducedModel
+
+FORMAT = "fenics_nnm branch 1"
+
+_ARRAYS = ("q", "force")
+_SCALARS = tuple(item.name for item in fields(BranchPoint) if item.name not in _ARRAYS)
+
+
+@dataclass(frozen=True, slots=True)
+class BranchHeader:
+    """What a branch file holds besides its points.
+
+    Attributes:
+        study: Text of the study file.
+        versions: Versions of the program and its libraries.
+        mode: Number of the linear mode, from 1.
+        harmonics: Number of harmonics N.
+        samples: Time samples of a period m.
+        model: Reduced model in SI units.
+    """
+
+    study: str
+    versions: dict[str, str]
+    mode: int
+    harmonics: int
+    samples: int
+    model: ReducedModel
+
+
+def create(path: Path, header: BranchHeader, arrays: dict[str, Array]) -> None:
+    """Make a new file without points.
+
+    Args:
+        path: File to make; an older one is replaced.
+        header: What holds for all points.
+        arrays: Further data sets by their place in the file, such as "mesh/points".
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
+    with _writing(path), h5py.File(path, "w") as file:
+        file.attrs["format"] = FORMAT
+        file.attrs["study"] = header.study
+        file.attrs["versions"] = json.dumps(header.versions)
+        for name in ("omega", "Phi", "R", "gap"):
+            file[f"model/{name}"] = getattr(header.model, name)
+        series = file.create_group("series")
+        for name in ("mode", "harmonics", "samples"):
+            series.attrs[name] = getattr(header, name)
+        for name, values in arrays.items():
+            file[name] = values
+        file.create_group("points")
+
+
+def append(path: Path, point: BranchPoint) -> None:
+    """Add a converged point.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
+    with _writing(path), h5py.File(path, "r+") as file:
+        group = file["points"].create_group(f"{len(file['points']):06d}")
+        for name in _ARRAYS:
+            group[name] = getattr(point, name)
+        for name in _SCALARS:
+            group.attrs[name] = getattr(point, name)
+
+
+def finish(path: Path, reason: str) -> None:
+    """Note why the branch ended.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
+    with _writing(path), h5py.File(path, "r+") as file:
+        file.attrs["reason"] = reason
+
+
+def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
+    """Header and the points that hold, by ascending energy.
+
+    Raises:
+        OutputError: if the file cannot be read or is of another kind.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != FORMAT:
+                raise OutputError(f"{path}: is not a file of the format {FORMAT!r}")
+            points = [_point(group) for group in file["points"].values()]
+            latest = {point.gamma_ratio: point for point in points}
+            return _header(file), tuple(latest[ratio] for ratio in sorted(latest))
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
+def _header(file: h5py.File) -> BranchHeader:
+    series = file["series"].attrs
+    return BranchHeader(
+        study=file.attrs["study"],
+        versions=json.loads(file.attrs["versions"]),
+        mode=int(series["mode"]),
+        harmonics=int(series["harmonics"]),
+        samples=int(series["samples"]),
+        model=ReducedModel(
+            **{name: np.array(file[f"model/{name}"]) for name in ("omega", "Phi", "R", "gap")}
+        ),
+    )
+
+
+def _point(group: h5py.Group) -> BranchPoint:
+    values: dict[str, Any] = {name: np.array(group[name]) for name in _ARRAYS}
+    for name in _SCALARS:
+        value = group.attrs[name]
+        values[name] = value.item() if isinstance(value, np.generic) else value
+    return BranchPoint(**values)
+
+
+class _writing:
+    """Turns HDF5's errors into one line that names the file."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, OSError | RuntimeError):
+            reason = str(error).split("(", 1)[-1].rstrip(")")
+            raise OutputError(f"{self._path}: cannot be written: {reason}") from error

@@ -1,0 +1,65 @@
+"""Pictures of a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from fenics_nnm.nonlinear.point import BranchPoint
+
+
+def plot_backbone(
+    path: Path,
+    points: Sequence[BranchPoint],
+    *,
+    title: str,
+    linear_frequency: float,
+    failures: Sequence[float] = (),
+    curves: dict[str, tuple[Sequence[float], Sequence[float]]] | None = None,
+) -> None:
+    """Frequency over gamma ratio and over energy, with the Rayleigh frequency.
+
+    Args:
+        path: Picture file to write.
+        points: Points of the branch, by ascending energy.
+        title: Title of the study.
+        linear_frequency: Frequency of the linear mode in Hz.
+        failures: Gamma ratios without a point.
+        curves: Further curves by name, as gamma ratios and frequencies in Hz.
+    """
+    figure = Figure(figsize=(10, 4.8), layout="constrained")
+    FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2, sharey=True)
+    frequency = [point.frequency for point in points]
+    rayleigh = [point.rayleigh_frequency for point in points]
+    ratios = [point.gamma_ratio for point in points]
+    for axes, abscissa in ((left, ratios), (right, [point.energy for point in points])):
+        axes.plot(abscissa, frequency, "o-", ms=3.5, color="tab:blue", label="frequency")
+        axes.plot(abscissa, rayleigh, "--", color="tab:orange", label="Rayleigh frequency")
+        axes.axhline(linear_frequency, color="0.6", lw=0.8, label="linear mode")
+        axes.grid(alpha=0.3)
+    for (name, (gamma, values)), style in zip(
+        (curves or {}).items(), ("k-", "k:", "k-."), strict=False
+    ):
+        left.plot(gamma, values, style, lw=1, label=name, zorder=0.5)
+    for ratio in failures:
+        left.axvline(ratio, color="tab:red", lw=0.8, alpha=0.5)
+    left.axvline(1, color="0.6", lw=0.8, ls=":")
+    left.set_xlabel(r"modal energy coordinate $\gamma / \gamma_\mathrm{grazing}$  (1)")
+    left.set_ylabel("frequency  (Hz)")
+    left.legend(loc="best", fontsize=9)
+    right.set_xlabel("total energy  (J)")
+    if len(points) and np.ptp([p.energy for p in points]) > 0:
+        right.set_xscale("log")
+    figure.suptitle(title, fontsize=11)
+    missing = f"  Red lines: {len(failures)} energies without a point." if failures else ""
+    figure.supxlabel(
+        "Frequency-energy curve of the nonlinear mode; contact begins at 1 (dotted)." + missing,
+        fontsize=8.5,
+        color="0.35",
+    )
+    figure.savefig(path, dpi=150)

@@ -1,0 +1,39 @@
+"""Massless-boundary reduction: free modes and residual flexibility of the contact points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
+from fenics_nnm.reduction.model import ReducedModel
+
+
+def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedModel:
+    r"""MacNeal's reduction, with the contact points left without mass.
+
+        R = S - Phi diag(1 / omega^2) Phi^T
+
+    is the static flexibility of the contact points that the J modes do not bring.
+    Monjaraz-Tec, Gross, Krack, Comput. Struct. 260 (2022) 106698.
+
+    Args:
+        omega: Circular frequencies in rad/s, shape (J,).
+        Phi: Mass-normalised modes at the contact points in the contact direction, (n_c, J).
+        S: Static flexibility B K^-1 B^T in m/N, shape (n_c, n_c).
+        gap: Gaps in m, shape (n_c,).
+
+    Raises:
+        ModelError: if R is not positive definite to round-off: points whose motion the modes span
+            altogether (too many modes), or two points at one place.
+    """
+    S = (S + S.T) / 2
+    modal = Phi / omega
+    R = S - modal @ modal.T
+    lowest = float(np.linalg.eigvalsh(R)[0])
+    if lowest <= 1e-12 * float(np.linalg.eigvalsh(S)[-1]):
+        raise ModelError(
+            f"massless reduction: the residual flexibility has the eigenvalue {lowest:.3g} m/N: "
+            "must be positive; use fewer reduction.modes or fewer contact.points"
+        )
+    return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)

@@ -1,0 +1,244 @@
+"""A whole run: from a study file to a folder of results."""
+
+from __future__ import annotations
+
+import logging
+import platform
+import shutil
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import dolfinx
+import numpy as np
+import petsc4py
+import slepc4py
+from mpi4py import MPI
+
+import fenics_nnm
+from fenics_nnm.analysis import linear_analysis, nonlinear_mode
+from fenics_nnm.errors import OutputError
+from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output import branch_file
+from fenics_nnm.output.plots import plot_backbone
+from fenics_nnm.output.tables import write_backbone, write_summary
+from fenics_nnm.stages import Stages
+from fenics_nnm.study import Study
+
+logger = logging.getLogger(__name__)
+
+#: Files and folders of a results folder; a new run replaces these and nothing else.
+RESULTS = ("branch.h5", "backbone.csv", "summary.json", "backbone.png", "fields")
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """What a run gave.
+
+    Attributes:
+        folder: Where the results are.
+        branch: The branch, with the reason of its end.
+        summary: Contents of summary.json.
+    """
+
+    folder: Path
+    branch: Branch
+    summary: dict[str, Any]
+
+
+def versions() -> dict[str, str]:
+    """Versions of the program and of the libraries that a result depends on."""
+    return {
+        "fenics_nnm": fenics_nnm.__version__,
+        "python": platform.python_version(),
+        "dolfinx": dolfinx.__version__,
+        "petsc4py": petsc4py.__version__,
+        "slepc4py": slepc4py.__version__,
+        **{name: metadata.version(name) for name in ("numpy", "scipy", "h5py")},
+    }
+
+
+def run_study(
+    study: Study,
+    text: str,
+    folder: Path,
+    *,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    stages: Stages | None = None,
+) -> RunResult:
+    """Run a study and write its results.
+
+    Results are made in a folder of their own and moved to `folder` when the branch has ended, so
+    that a run that fails leaves older results alone. Where there are no older ones, the points
+    of an interrupted run are moved there too.
+
+    Args:
+        study: Study.
+        text: Text of the study file, kept in branch.h5.
+        folder: Folder of the results, made if need be.
+        comm: Communicator of the mesh.
+        stages: Timings and progress.
+
+    Raises:
+        NonlinearModeError: if the study cannot be run, or the results not be written.
+    """
+    stages = stages or Stages()
+    staging = on_root(comm, lambda: _staging_folder(folder))
+    recorder = _Recorder(study, text, staging, comm, stages)
+    try:
+        analysis = linear_analysis(study, comm, stages)
+        branch = recorder.follow(analysis)
+        with stages.stage("output"):
+            recorder.write_fields(analysis, branch)
+            summary = recorder.write_tables(analysis, branch)
+    except BaseException:
+        if comm.rank == 0:
+            _rescue(staging, folder)
+        raise
+    on_root(comm, lambda: _publish(staging, folder))
+    return RunResult(folder, branch, summary)
+
+
+@dataclass(frozen=True, slots=True)
+class _Recorder:
+    study: Study
+    text: str
+    folder: Path
+    comm: MPI.Comm
+    stages: Stages
+
+    def follow(self, analysis: LinearAnalysis) -> Branch:
+        """Follow the branch; each point is on disk before the next one is begun."""
+        with self.stages.stage("output"):
+            basis = gathered_basis(analysis)
+            on_root(self.comm, lambda: self._create(analysis, basis))
+        path = self.folder / "branch.h5"
+
+        def store(point: BranchPoint) -> None:
+            on_root(self.comm, lambda: branch_file.append(path, point))
+
+        branch = nonlinear_mode(self.study, analysis.model, on_point=store, stages=self.stages)
+        on_root(self.comm, lambda: branch_file.finish(path, branch.reason))
+        return branch
+
+    def write_fields(self, analysis: LinearAnalysis, branch: Branch) -> None:
+        """Write ParaView files of the linear modes and of the motions asked for."""
+        fields = self.folder / "fields"
+        on_root(self.comm, fields.mkdir)
+        write_linear_modes(fields / "linear_modes.pvd", analysis)
+        wanted = self.study.continuation.report_at
+        for index, ratio in enumerate(wanted):
+            for point in branch.points:
+                if point.gamma_ratio == ratio:
+                    path = fields / f"motion_{ratio:g}.pvd"
+                    write_motion(path, analysis, point.q, frames=self.study.output.frames)
+            self.stages.report((index + 1) / len(wanted))
+
+    def write_tables(self, analysis: LinearAnalysis, branch: Branch) -> dict[str, Any]:
+        """Write table, picture and summary; the summary is returned."""
+        summary = self._summary(analysis, branch)
+        on_root(self.comm, lambda: self._write_tables(analysis, branch, summary))
+        return summary
+
+    def _create(self, analysis: LinearAnalysis, basis: dict[str, Any]) -> None:
+        mode = self.study.mode
+        header = branch_file.BranchHeader(
+            study=self.text,
+            versions=versions(),
+            mode=mode.number,
+            harmonics=mode.harmonics,
+            samples=mode.samples,
+            model=analysis.model,
+        )
+        interface = analysis.interface
+        contact = {
+            "contact/points": interface.points,
+            "contact/directions": interface.directions,
+            "contact/areas": interface.areas,
+        }
+        branch_file.create(self.folder / "branch.h5", header, {**contact, **basis})
+
+    def _write_tables(
+        self, analysis: LinearAnalysis, branch: Branch, summary: dict[str, Any]
+    ) -> None:
+        write_backbone(self.folder / "backbone.csv", branch.points)
+        plot_backbone(
+            self.folder / "backbone.png",
+            branch.points,
+            title=self.study.title,
+            linear_frequency=float(analysis.modes.frequencies[self.study.mode.number - 1]),
+            failures=[ratio for ratio, _ in branch.failures],
+        )
+        write_summary(self.folder / "summary.json", summary)
+
+    def _summary(self, analysis: LinearAnalysis, branch: Branch) -> dict[str, Any]:
+        first = self.study.mode.number - 1
+        amplitude = analysis.model.grazing_amplitude(first)
+        return {
+            "title": self.study.title,
+            "dofs": analysis.solid.dofs,
+            "contact_points": analysis.interface.count,
+            "contact_area_m2": float(analysis.interface.areas.sum()),
+            "mode": self.study.mode.number,
+            "harmonics": self.study.mode.harmonics,
+            "samples": self.study.mode.samples,
+            "linear_frequencies_Hz": [float(f) for f in analysis.modes.frequencies],
+            "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi),
+            "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
+            "points": len(branch.points),
+            "complete": branch.complete,
+            "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],
+            "reason": branch.reason,
+            "timings": dict(self.stages.timings),
+            "versions": versions(),
+        }
+
+
+def _staging_folder(folder: Path) -> Path:
+    """A new folder inside the results folder, which shows too that it can be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        number = 1
+        while (staging := folder / f".running-{number}").exists():
+            number += 1
+        staging.mkdir()
+    except OSError as error:
+        raise OutputError(
+            f"output.folder = {folder}: cannot be written: {error.strerror}"
+        ) from error
+    return staging
+
+
+def _publish(staging: Path, folder: Path) -> None:
+    """Move the results to their folder, in place of older ones."""
+    for name in RESULTS:
+        target = folder / name
+        if target.is_dir():
+            shutil.rmtree(target)
+        if (staging / name).exists():
+            (staging / name).replace(target)
+        else:
+            target.unlink(missing_ok=True)
+    staging.rmdir()
+
+
+def _rescue(staging: Path, folder: Path) -> None:
+    """Keep the points of a run that was stopped, without touching older results."""
+    try:
+        branch = staging / "branch.h5"
+        points = branch_file.read(branch)[1] if branch.exists() else ()
+        if points and not (folder / "branch.h5").exists():
+            write_backbone(staging / "backbone.csv", points)
+            _publish(staging, folder)
+            logger.warning("stopped: %d points are in %s", len(points), folder)
+        elif points:
+            logger.warning("stopped: %d points are in %s", len(points), branch)
+        else:
+            shutil.rmtree(staging)
+    except OSError as error:
+        logger.warning("stopped: what there is stays in %s (%s)", staging, error)

@@ -1,0 +1,42 @@
+"""Stages of a run: how long each took and how far the present one is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+#: Called with the name of a stage and the part of it that is done, from 0 to 1.
+Listener = Callable[[str, float], None]
+
+
+@dataclass(slots=True)
+class Stages:
+    """Times the stages of a run and tells a listener.
+
+    Attributes:
+        listener: Called at the beginning, at each report and at the end of a stage.
+        timings: Seconds each stage took, in the order of the stages.
+    """
+
+    listener: Listener = lambda name, done: None
+    timings: dict[str, float] = field(default_factory=dict)
+    _current: str = ""
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what happens inside; a stage entered again goes on counting."""
+        self._current = name
+        start = time.perf_counter()
+        self.listener(name, 0.0)
+        try:
+            yield
+        finally:
+            spent = time.perf_counter() - start
+            self.timings[name] = self.timings.get(name, 0.0) + spent
+        self.listener(name, 1.0)
+
+    def report(self, done: float) -> None:
+        """Tell the listener which part of the present stage is done."""
+        self.listener(self._current, done)

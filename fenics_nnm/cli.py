@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from fenics_nnm import __version__
 from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
-from fenics_nnm.stages import Stages
+from fenics_nnm.progress import progress
 from fenics_nnm.study import Study, read_study
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
 
     console = Console(quiet=MPI.COMM_WORLD.rank > 0)
     folder = arguments.output or study.output.folder or Path("results") / arguments.study.stem
-    with _mpi_guard(MPI.COMM_WORLD), _progress(console) as stages:
+    with _mpi_guard(MPI.COMM_WORLD), progress(console) as stages:
         result = run_study(study, arguments.study.read_text(), folder, stages=stages)
     if console.is_terminal:
         console.print(_result_table(result, study))
@@ -96,7 +95,7 @@ def _check(study: Study, arguments: argparse.Namespace) -> int:
     from fenics_nnm.output.description import describe
 
     console = Console(quiet=MPI.COMM_WORLD.rank > 0, soft_wrap=True)
-    with _mpi_guard(MPI.COMM_WORLD), _progress(console) as stages:
+    with _mpi_guard(MPI.COMM_WORLD), progress(console) as stages:
         analysis = linear_analysis(study, MPI.COMM_WORLD, stages)
         text = describe(study, analysis)
     console.print(text, highlight=False, markup=False)
@@ -115,24 +114,6 @@ def _mpi_guard(comm: object) -> Iterator[None]:
         sys.stderr.flush()
         code = BAD_INPUT if isinstance(error, NonlinearModeError) else INCOMPLETE
         comm.Abort(code)  # type: ignore[attr-defined]
-
-
-@contextmanager
-def _progress(console: Console) -> Iterator[Stages]:
-    """Stages with a progress bar each, on a terminal only."""
-    if not console.is_terminal:
-        yield Stages()
-        return
-    columns = (TextColumn("{task.description:12}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console) as bars:
-        tasks: dict[str, object] = {}
-
-        def show(name: str, done: float) -> None:
-            if name not in tasks:
-                tasks[name] = bars.add_task(name, total=1.0)
-            bars.update(tasks[name], completed=done)  # type: ignore[arg-type]
-
-        yield Stages(show)
 
 
 def _result_table(result: RunResult, study: Study) -> Table:

@@ -23,6 +23,19 @@ Vector = Annotated[
 ]
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
 
+#: Most energies of a study; more are a misprint of the step.
+_MOST_STEPS = 100_000
+
+#: What pydantic says of programs, said of study files.
+_WORDS = {
+    "missing": "has too few items",
+    "model_type": "must be a section with keys",
+    "path_type": "must be a name in quotes",
+    "too_long": "has too many items",
+    "too_short": "has too few items",
+    "tuple_type": "must be a list",
+}
+
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -83,15 +96,16 @@ class ContactSection(_Record):
 
     facets: Names = Field(description="name of a group of facets, or a list of names")
     direction: Literal["normal", "radial"] | Vector = Field(
-        "normal", description='towards the obstacle: "normal", "radial", or a vector'
+        "normal",
+        description='towards the obstacle: "normal", "radial", or a vector of finite numbers',
     )
     axis: Literal["x", "y", "z"] | Vector | None = Field(
-        None, description="axis of a radial direction: x, y, z or a vector"
+        None, description='axis of a radial direction: "x", "y", "z" or a vector of finite numbers'
     )
     origin: Vector | None = Field(None, description="a point on the axis in m; the default is 0")
     gap: Positive = Field(description="initial gap in m, positive")
     points: Count | Literal["all"] = Field(
-        "all", description="number of points spread over the facets, or all vertices"
+        "all", description='positive number of points spread over the facets, or "all" vertices'
     )
 
     @model_validator(mode="after")
@@ -149,6 +163,8 @@ class Energies(_Record):
     def _ascending(self) -> Energies:
         if self.start >= self.stop:
             raise ValueError(f"from = {self.start:g}, to = {self.stop:g}: from must be below to")
+        if self.stop - self.start > _MOST_STEPS * self.step:
+            raise ValueError(f"step = {self.step:g}: must give at most {_MOST_STEPS} steps")
         return self
 
 
@@ -168,6 +184,10 @@ class ContinuationSection(_Record):
                     f"report_at = {ratio:g}: must lie between energies.from = "
                     f"{self.energies.start:g} and energies.to = {self.energies.stop:g}"
                 )
+        if len({f"{ratio:g}" for ratio in self.report_at}) < len(self.report_at):
+            raise ValueError(
+                f"report_at = {list(self.report_at)}: must differ, and in the first six digits"
+            )
         return self
 
 
@@ -232,7 +252,7 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
         StudyError: with one line that names the key, its value and what would be right.
     """
     values = _prepared(values, path.parent)
-    section = _mesh_record(values)
+    section = _mesh_record(values, path)
     try:
         if section is not None:
             mesh = _checked(section, values["mesh"], ("mesh",), path)
@@ -249,7 +269,7 @@ def _checked(record: type[BaseModel], values: Any, place: tuple[str, ...], path:
         raise StudyError(f"{path}: {_first_error(error, record, values, place)}") from error
 
 
-def _mesh_record(values: dict[str, Any]) -> type[BaseModel] | None:
+def _mesh_record(values: dict[str, Any], path: Path) -> type[BaseModel] | None:
     """Record that the mesh section is meant for, so that messages speak of that one alone."""
     mesh = values.get("mesh")
     if not isinstance(mesh, dict):
@@ -257,13 +277,14 @@ def _mesh_record(values: dict[str, Any]) -> type[BaseModel] | None:
     if "file" in mesh:
         return MeshFile
     models: dict[str, type[BaseModel]] = {"rod": Rod, "beam": Beam, "plate": Plate, "blade": Blade}
-    if mesh.get("model") not in models:
+    model = mesh.get("model")
+    if not isinstance(model, str) or model not in models:
         known = ", ".join(f'"{name}"' for name in models)
+        given = f"mesh.model = {_shown(model)}" if "model" in mesh else "mesh.model: is missing"
         raise StudyError(
-            f'mesh: needs file = "... .msh" or model = one of {known}; '
-            f"model = {mesh.get('model')!r} is none"
+            f"{path}: {given}: must be one of {known}, or mesh.file the name of a .msh file"
         )
-    return models[mesh["model"]]
+    return models[model]
 
 
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -290,13 +311,30 @@ def _first_error(
     name = ".".join((*place, *location))
     if first["type"] == "extra_forbidden":
         return f"{name}: unknown key{_suggestion(record, location)}"
-    if first["type"] == "missing":
+    if first["type"] == "missing" and _is_key(first["loc"][-1]):
         return f"{name}: is missing{_wanted(record, location)}"
-    message = first["msg"].removeprefix("Value error, ")
-    message = message[0].lower() + message[1:]
     if first["type"] == "value_error":
-        return f"{name}: {message}" if name else message
-    return f"{name} = {_shown(first['input'])}: {message}{_wanted(record, location)}"
+        message = first["msg"].removeprefix("Value error, ")
+        return f"{name}.{message}" if name else message
+    message = "is not allowed" if _has_alternatives(first["loc"]) else _plain_message(first)
+    value = _shown(_value_at(values, location))
+    return f"{name} = {value}: {message}{_wanted(record, location)}"
+
+
+def _plain_message(error: Any) -> str:
+    message = _WORDS.get(error["type"], error["msg"])
+    return message.replace("Input should be", "must be").replace("a valid", "a")
+
+
+def _value_at(values: Any, location: tuple[str, ...]) -> Any:
+    for key in location:
+        values = values[key]
+    return values
+
+
+def _has_alternatives(place: tuple[Any, ...]) -> bool:
+    """Whether pydantic's location names one alternative of several for a value."""
+    return any(isinstance(part, str) and not _is_key(part) for part in place)
 
 
 def _is_key(part: Any) -> bool:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fenics_nnm.nonlinear.point import BranchPoint
+
+#: Energies that span more than this factor are drawn on a logarithmic axis.
+_LOGARITHMIC = 30
 
 
 def plot_backbone(
@@ -37,7 +39,8 @@ def plot_backbone(
     frequency = [point.frequency for point in points]
     rayleigh = [point.rayleigh_frequency for point in points]
     ratios = [point.gamma_ratio for point in points]
-    for axes, abscissa in ((left, ratios), (right, [point.energy for point in points])):
+    energy = [point.energy for point in points]
+    for axes, abscissa in ((left, ratios), (right, energy)):
         axes.plot(abscissa, frequency, "o-", ms=3.5, color="tab:blue", label="frequency")
         axes.plot(abscissa, rayleigh, "--", color="tab:orange", label="Rayleigh frequency")
         axes.axhline(linear_frequency, color="0.6", lw=0.8, label="linear mode")
@@ -53,7 +56,7 @@ def plot_backbone(
     left.set_ylabel("frequency  (Hz)")
     left.legend(loc="best", fontsize=9)
     right.set_xlabel("total energy  (J)")
-    if len(points) and np.ptp([p.energy for p in points]) > 0:
+    if energy and max(energy) > _LOGARITHMIC * min(energy):
         right.set_xscale("log")
     figure.suptitle(title, fontsize=11)
     missing = f"  Red lines: {len(failures)} energies without a point." if failures else ""

@@ -1,0 +1,27 @@
+# %% [markdown]
+# # How fine must the mesh of the rotor 37 blade be?
+#
+# The first five frequencies on meshes of halved element size. Run with
+# `python3 demos/rotor37/mesh_study.py`; takes a minute.
+
+# %%
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from fenics_nnm.analysis import linear_analysis
+from fenics_nnm.study import read_study
+
+study = read_study(Path(__file__).parent / "rotor37.toml")
+before = None
+for size in (6e-3, 3e-3, 1.5e-3):
+    mesh = study.mesh.model_copy(update={"element_size": size})
+    analysis = linear_analysis(study.model_copy(update={"mesh": mesh}), MPI.COMM_WORLD)
+    frequencies = analysis.modes.frequencies[:5]
+    print(f"{size * 1e3:.1f} mm, {analysis.solid.dofs} dofs:", np.round(frequencies, 2), "Hz")
+    if before is not None:
+        change = np.abs(before / frequencies - 1)
+        print("    change:", ", ".join(f"{value:.2%}" for value in change))
+        assert change.max() < 0.01
+    before = frequencies

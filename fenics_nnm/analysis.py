@@ -130,12 +130,10 @@ def _direction(study: Study, dim: int) -> Direction:
     if contact.direction == "normal":
         return Direction("normal")
     if contact.direction == "radial":
-        origin = contact.origin or (0.0,) * dim
-        return Direction(
-            "radial",
-            _fitted(contact.axis_vector, dim, "contact.axis"),
-            _fitted(origin, dim, "contact.origin"),
-        )
+        origin = _fitted(contact.origin or (0.0,) * dim, dim, "contact.origin")
+        out_of_plane = dim == 2 and not any(contact.axis_vector[:2])
+        axis = () if out_of_plane else _fitted(contact.axis_vector, dim, "contact.axis")
+        return Direction("radial", axis, origin)
     return Direction("vector", _fitted(contact.direction, dim, "contact.direction"))
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import logging
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import traceback
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,10 +16,13 @@ from rich.table import Table
 
 from fenics_nnm import __version__
 from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
+from fenics_nnm.interrupts import terminable
 from fenics_nnm.progress import progress
 from fenics_nnm.study import Study, read_study
 
 if TYPE_CHECKING:
+    from mpi4py import MPI
+
     from fenics_nnm.run import RunResult
 
 #: Exit codes: all that was asked for, stopped early or something missing, bad input.
@@ -32,23 +36,59 @@ def main(argv: Sequence[str] | None = None) -> int:
         format="fenics-nnm: %(message)s",
         level=logging.INFO if arguments.verbose else logging.WARNING,
     )
-    computing = False
+    from mpi4py import MPI
+
+    comm = MPI.COMM_WORLD.Dup() if MPI.COMM_WORLD.size > 1 else MPI.COMM_WORLD
     try:
         study = read_study(arguments.study)
-        computing = True
         return int(arguments.action(study, arguments))
-    except NonlinearModeError as error:
-        stopped = isinstance(error, ConvergenceError | OutputError) and computing
-        return _ended(str(error), INCOMPLETE if stopped else BAD_INPUT)
-    except KeyboardInterrupt:
-        return _ended("interrupted", INCOMPLETE)
-    except MemoryError:
-        return _ended("out of memory: use a coarser mesh or fewer reduction.modes", INCOMPLETE)
+    except (Exception, KeyboardInterrupt) as error:
+        if arguments.verbose:
+            traceback.print_exception(error)
+        return _ended(comm, *_verdict(error))
 
 
-def _ended(message: str, code: int) -> int:
-    sys.stderr.write(f"fenics-nnm: {message}\n")
+def _verdict(error: BaseException) -> tuple[str, int]:
+    """One line about an error, and the exit code."""
+    code = BAD_INPUT if isinstance(error, NonlinearModeError) else INCOMPLETE
+    if isinstance(error, ConvergenceError | OutputError):
+        code = INCOMPLETE
+    message = "; ".join([_message(error), *getattr(error, "__notes__", ())])
+    return " ".join(message.split()), code
+
+
+def _message(error: BaseException) -> str:
+    if isinstance(error, NonlinearModeError):
+        return str(error)
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    if isinstance(error, MemoryError):
+        return "out of memory: use a coarser mesh or fewer reduction.modes"
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return (
+        f"this is a defect of fenics-nnm, please report it: {type(error).__name__}: {error} "
+        "(--verbose shows where)"
+    )
+
+
+def _ended(comm: MPI.Comm, message: str, code: int) -> int:
+    """Say once how a run ended; end all ranks where only some of them fail."""
+    from fenics_nnm.fem.parallel import all_arrive
+
+    if comm.size > 1 and not all_arrive(comm):
+        _write(f"rank {comm.rank}: {message}")
+        comm.Abort(code)
+    if comm.rank == 0:
+        _write(message)
+    comm.Barrier()
     return code
+
+
+def _write(message: str) -> None:
+    with suppress(OSError):  # stderr may be a file on a full disk
+        sys.stderr.write(f"fenics-nnm: {message}\n")
+        sys.stderr.flush()
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -74,16 +114,16 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.run import run_study
 
-    console = Console(quiet=MPI.COMM_WORLD.rank > 0)
+    console = _console(MPI.COMM_WORLD)
     folder = arguments.output or study.output.folder or Path("results") / arguments.study.stem
-    with _mpi_guard(MPI.COMM_WORLD), progress(console) as stages:
-        result = run_study(study, arguments.study.read_text(), folder, stages=stages)
+    with terminable(), progress(console) as stages:
+        result = run_study(study, arguments.study.read_text("utf-8"), folder, stages=stages)
     if console.is_terminal:
         console.print(_result_table(result, study))
         console.print(f"{result.branch.reason}; results in {result.folder}")
     if not result.branch.complete:
         if MPI.COMM_WORLD.rank == 0:
-            sys.stderr.write(f"fenics-nnm: incomplete: {result.branch.reason}\n")
+            _write(f"incomplete: {result.branch.reason}")
         return INCOMPLETE
     return DONE
 
@@ -94,26 +134,17 @@ def _check(study: Study, arguments: argparse.Namespace) -> int:
     from fenics_nnm.analysis import linear_analysis
     from fenics_nnm.output.description import describe
 
-    console = Console(quiet=MPI.COMM_WORLD.rank > 0, soft_wrap=True)
-    with _mpi_guard(MPI.COMM_WORLD), progress(console) as stages:
+    console = _console(MPI.COMM_WORLD)
+    with progress(console) as stages:
         analysis = linear_analysis(study, MPI.COMM_WORLD, stages)
         text = describe(study, analysis)
-    console.print(text, highlight=False, markup=False)
+    console.print(text, highlight=False, markup=False, soft_wrap=True)
     return DONE
 
 
-@contextmanager
-def _mpi_guard(comm: object) -> Iterator[None]:
-    """End all ranks where one of several fails; the others would wait for ever."""
-    try:
-        yield
-    except BaseException as error:
-        if comm.size == 1:  # type: ignore[attr-defined]
-            raise
-        sys.stderr.write(f"fenics-nnm: rank {comm.rank}: {error}\n")  # type: ignore[attr-defined]
-        sys.stderr.flush()
-        code = BAD_INPUT if isinstance(error, NonlinearModeError) else INCOMPLETE
-        comm.Abort(code)  # type: ignore[attr-defined]
+def _console(comm: MPI.Comm) -> Console:
+    """Console of rank 0; mpirun's terminals are taken for none, as it makes them for log files."""
+    return Console(quiet=comm.rank > 0, force_terminal=False if comm.size > 1 else None)
 
 
 def _result_table(result: RunResult, study: Study) -> Table:

@@ -18,10 +18,11 @@ from mpi4py import MPI
 
 import fenics_nnm
 from fenics_nnm.analysis import linear_analysis, nonlinear_mode
-from fenics_nnm.errors import OutputError
+from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
@@ -88,7 +89,7 @@ def run_study(
         NonlinearModeError: if the study cannot be run, or the results not be written.
     """
     stages = stages or Stages()
-    staging = on_root(comm, lambda: _staging_folder(folder))
+    staging, made = on_root(comm, lambda: _staging_folder(folder))
     recorder = _Recorder(study, text, staging, comm, stages)
     try:
         analysis = linear_analysis(study, comm, stages)
@@ -96,11 +97,17 @@ def run_study(
         with stages.stage("output"):
             recorder.write_fields(analysis, branch)
             summary = recorder.write_tables(analysis, branch)
-    except BaseException:
+        with uninterrupted():
+            on_root(comm, lambda: _publish(staging, folder))
+    except BaseException as error:
         if comm.rank == 0:
-            _rescue(staging, folder)
+            with uninterrupted():
+                _note(error, _rescue(staging, folder, made))
+        if isinstance(error, OSError) and not isinstance(error, OutputError):
+            raise _unwritable(error, folder) from error
         raise
-    on_root(comm, lambda: _publish(staging, folder))
+    if comm.rank == 0:
+        _warn_of_unresolved(branch)
     return RunResult(folder, branch, summary)
 
 
@@ -120,11 +127,17 @@ class _Recorder:
         path = self.folder / "branch.h5"
 
         def store(point: BranchPoint) -> None:
-            on_root(self.comm, lambda: branch_file.append(path, point))
+            with uninterrupted():
+                branch_file.append(path, point)
 
-        branch = nonlinear_mode(self.study, analysis.model, on_point=store, stages=self.stages)
-        on_root(self.comm, lambda: branch_file.finish(path, branch.reason))
-        return branch
+        def solve() -> Branch:
+            branch = nonlinear_mode(self.study, analysis.model, on_point=store, stages=self.stages)
+            with uninterrupted():
+                branch_file.finish(path, branch)
+            return branch
+
+        # one rank decides about the steps, so that round-off cannot part the ranks
+        return on_root(self.comm, solve)
 
     def write_fields(self, analysis: LinearAnalysis, branch: Branch) -> None:
         """Write ParaView files of the linear modes and of the motions asked for."""
@@ -191,6 +204,8 @@ class _Recorder:
             "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi),
             "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
             "points": len(branch.points),
+            "unresolved": sum(point.status == "unresolved" for point in branch.points),
+            "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,
             "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],
             "reason": branch.reason,
@@ -199,46 +214,121 @@ class _Recorder:
         }
 
 
-def _staging_folder(folder: Path) -> Path:
-    """A new folder inside the results folder, which shows too that it can be written."""
+def _largest_return_error(branch: Branch) -> float | None:
+    """Largest distance from its start of a motion integrated over its period; None if unknown."""
+    errors = [point.return_error for point in branch.points]
+    return max(errors) if errors and np.all(np.isfinite(errors)) else None
+
+
+def _warn_of_unresolved(branch: Branch) -> None:
+    unresolved = [point for point in branch.points if point.status == "unresolved"]
+    if unresolved:
+        worst = max(unresolved, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
+        logger.warning(
+            "%d of %d points are unresolved: integrated in time over a period, the motion at "
+            "gamma_ratio %g misses its start by %.0f %%; raise mode.harmonics and mode.samples",
+            len(unresolved),
+            len(branch.points),
+            worst.gamma_ratio,
+            100 * worst.return_error,
+        )
+
+
+def _staging_folder(folder: Path) -> tuple[Path, list[Path]]:
+    """A new folder inside the results folder, and the folders made for it, deepest first.
+
+    It shows too that the results folder can be written.
+    """
     try:
+        made = [path for path in (folder, *folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
         number = 1
         while (staging := folder / f".running-{number}").exists():
             number += 1
         staging.mkdir()
-    except OSError as error:
-        raise OutputError(
-            f"output.folder = {folder}: cannot be written: {error.strerror}"
-        ) from error
-    return staging
+    except (OSError, ValueError) as error:  # a null character is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise StudyError(f"output folder {folder}: cannot be written: {reason}") from error
+    return staging, made
 
 
 def _publish(staging: Path, folder: Path) -> None:
-    """Move the results to their folder, in place of older ones."""
-    for name in RESULTS:
-        target = folder / name
-        if target.is_dir():
-            shutil.rmtree(target)
-        if (staging / name).exists():
-            (staging / name).replace(target)
-        else:
-            target.unlink(missing_ok=True)
-    staging.rmdir()
+    """Move the results to their folder in place of older ones: all of them, or none."""
+    older = staging / "older"
+    older.mkdir()
+    moved: list[tuple[Path, Path]] = []
 
+    def move(source: Path, target: Path) -> None:
+        if source.exists():
+            source.replace(target)
+            moved.append((source, target))
 
-def _rescue(staging: Path, folder: Path) -> None:
-    """Keep the points of a run that was stopped, without touching older results."""
     try:
-        branch = staging / "branch.h5"
-        points = branch_file.read(branch)[1] if branch.exists() else ()
-        if points and not (folder / "branch.h5").exists():
-            write_backbone(staging / "backbone.csv", points)
-            _publish(staging, folder)
-            logger.warning("stopped: %d points are in %s", len(points), folder)
-        elif points:
-            logger.warning("stopped: %d points are in %s", len(points), branch)
-        else:
-            shutil.rmtree(staging)
+        for name in RESULTS:
+            move(folder / name, older / name)
+            move(staging / name, folder / name)
+    except BaseException:
+        for source, target in reversed(moved):
+            target.replace(source)
+        older.rmdir()
+        raise
+    shutil.rmtree(staging)
+
+
+def _rescue(staging: Path, folder: Path, made: list[Path]) -> str:
+    """Keep the points of a run that was stopped, without touching older results; say where."""
+    if not staging.exists():
+        return f"the results are in {folder}"
+    points = _points_in(staging)
+    try:
+        if points:
+            return _keep(staging, folder, points)
+        shutil.rmtree(staging)
+        for path in made:
+            path.rmdir()
     except OSError as error:
-        logger.warning("stopped: what there is stays in %s (%s)", staging, error)
+        return f"what there is stays in {staging} ({error})"
+    return ""
+
+
+def _keep(staging: Path, folder: Path, points: tuple[BranchPoint, ...]) -> str:
+    for path in staging.iterdir():
+        if path.name != "branch.h5":
+            _remove(path)
+    try:
+        write_backbone(staging / "backbone.csv", points)
+    except OSError:  # the disk is full; the points are in branch.h5
+        _remove(staging / "backbone.csv")
+    if any((folder / name).exists() for name in RESULTS):
+        return f"{len(points)} points are in {staging}, older results are as they were"
+    _publish(staging, folder)
+    return f"{len(points)} points are in {folder}"
+
+
+def _points_in(staging: Path) -> tuple[BranchPoint, ...]:
+    """Points on disk, none if the file was not begun or is broken."""
+    try:
+        return branch_file.read(staging / "branch.h5")[1]
+    except Exception:  # HDF5 raises many kinds at a broken file
+        return ()
+
+
+def _note(error: BaseException, text: str) -> None:
+    if text:
+        error.add_note(text)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _unwritable(error: OSError, folder: Path) -> OutputError:
+    """The error of the operating system as one of ours."""
+    wrapped = OutputError(
+        f"{error.filename or folder}: cannot be written: {error.strerror or error}"
+    )
+    wrapped.__notes__ = getattr(error, "__notes__", [])
+    return wrapped

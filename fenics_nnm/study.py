@@ -26,9 +26,14 @@ Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
 #: Most energies of a study; more are a misprint of the step.
 _MOST_STEPS = 100_000
 
+#: Characters of a value that a message shows.
+_LONGEST = 80
+
 #: What pydantic says of programs, said of study files.
 _WORDS = {
+    "int_type": "must be an integer",
     "missing": "has too few items",
+    "model_attributes_type": "must be a section with keys",
     "model_type": "must be a section with keys",
     "path_type": "must be a name in quotes",
     "too_long": "has too many items",
@@ -118,7 +123,7 @@ class ContactSection(_Record):
         for name in ("direction", "axis"):
             vector = getattr(self, name)
             if isinstance(vector, tuple) and not any(vector):
-                raise ValueError(f"{name} = {list(vector)} has no length")
+                raise ValueError(f"{name} = {list(vector)}: must not be zero")
         return self
 
     @property
@@ -272,17 +277,19 @@ def _checked(record: type[BaseModel], values: Any, place: tuple[str, ...], path:
 def _mesh_record(values: dict[str, Any], path: Path) -> type[BaseModel] | None:
     """Record that the mesh section is meant for, so that messages speak of that one alone."""
     mesh = values.get("mesh")
-    if not isinstance(mesh, dict):
+    if mesh is None:
         return None
+    if not isinstance(mesh, dict):
+        raise StudyError(f"{path}: mesh = {_shown(mesh)}: must be a section with keys")
     if "file" in mesh:
         return MeshFile
     models: dict[str, type[BaseModel]] = {"rod": Rod, "beam": Beam, "plate": Plate, "blade": Blade}
     model = mesh.get("model")
     if not isinstance(model, str) or model not in models:
         known = ", ".join(f'"{name}"' for name in models)
-        given = f"mesh.model = {_shown(model)}" if "model" in mesh else "mesh.model: is missing"
+        given = f"mesh.model = {_shown(model)}:" if "model" in mesh else "mesh.model: is missing,"
         raise StudyError(
-            f"{path}: {given}: must be one of {known}, or mesh.file the name of a .msh file"
+            f"{path}: {given} must be one of {known}, or mesh.file the name of a .msh file"
         )
     return models[model]
 
@@ -323,7 +330,7 @@ def _first_error(
 
 def _plain_message(error: Any) -> str:
     message = _WORDS.get(error["type"], error["msg"])
-    return message.replace("Input should be", "must be").replace("a valid", "a")
+    return message.replace("Input should be", "must be").replace(" valid", "")
 
 
 def _value_at(values: Any, location: tuple[str, ...]) -> Any:
@@ -350,7 +357,8 @@ def _is_key(part: Any) -> bool:
 def _shown(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    return f'"{value}"' if isinstance(value, str | Path) else f"{value}"
+    text = f'"{value}"' if isinstance(value, str | Path) else f"{value}"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def _record_at(record: type[BaseModel], location: tuple[str, ...]) -> type[BaseModel] | None:

@@ -77,11 +77,13 @@ def test_normal_and_radial_directions_of_a_ring(tmp_path: Path) -> None:
     tagged = read_mesh(annulus(tmp_path), "mm", MPI.COMM_SELF)
     body = Body("plane-strain", 1.0, 0.3, 1.0, extent=1e-3, degree=2)
     normal = interface(tagged, body, "bore", "rim", Direction("normal"), None)
-    radial = interface(tagged, body, "bore", "rim", Direction("vector", (1.0, 1.0)), 7)
+    radial = interface(tagged, body, "bore", "rim", Direction("radial", (), (0.0, 0.0)), None)
+    vector = interface(tagged, body, "bore", "rim", Direction("vector", (1.0, 1.0)), 7)
     outward = normal.points / np.linalg.norm(normal.points, axis=1)[:, None]
     np.testing.assert_allclose(np.linalg.norm(normal.points, axis=1), 2e-3, rtol=1e-9)
     assert np.sum(normal.directions * outward, axis=1).min() > 0.999
-    np.testing.assert_allclose(radial.directions, [[0.5**0.5] * 2] * 7)
+    np.testing.assert_allclose(radial.directions, outward, atol=1e-12)
+    np.testing.assert_allclose(vector.directions, [[0.5**0.5] * 2] * 7)
     assert normal.areas.sum() == pytest.approx(2 * np.pi * 2e-3 * 1e-3, rel=1e-3)
 
 

@@ -27,9 +27,7 @@ HERE = Path(__file__).parent
 def run(name: str) -> RunResult:
     path = HERE / f"{name}.toml"
     with progress(Console()) as stages:
-        return run_study(
-            read_study(path), path.read_text(), HERE / "results" / name, stages=stages
-        )
+        return run_study(read_study(path), path.read_text(), HERE / "results" / name, stages=stages)
 
 
 # %% [markdown]

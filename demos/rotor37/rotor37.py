@@ -46,10 +46,10 @@ assert min(chord_position, 1 - chord_position) < 0.05
 
 # %%
 for point in points:
+    count = np.count_nonzero(point.force.max(axis=0))
     print(
         f"gamma ratio {point.gamma_ratio:.2f}: {point.frequency:.2f} Hz, in contact "
-        f"{point.contact_fraction:.0%} of the period at {np.count_nonzero(point.force.max(axis=0))} "
-        "points"
+        f"{point.contact_fraction:.0%} of the period, at {count} points"
     )
 contacting = [point.frequency for point in points if point.gamma_ratio >= 1]
 assert np.all(np.diff(contacting) > 0)

@@ -23,7 +23,8 @@ class Direction:
 
     Attributes:
         kind: "normal" (outward normal of the body), "radial" (away from an axis) or "vector".
-        vector: Direction of the axis, or the direction itself; not used for "normal".
+        vector: Direction of the axis, or the direction itself; empty for "normal", and for an
+            axis normal to the plane of a 2-D body.
         origin: A point on the axis in m.
     """
 
@@ -40,15 +41,20 @@ class Direction:
         if self.kind == "normal":
             found = normals
         elif self.kind == "radial":
-            axis = np.asarray(self.vector) / np.linalg.norm(self.vector)
-            from_axis = points - np.asarray(self.origin)
-            found = from_axis - np.outer(from_axis @ axis, axis)
+            found = points - np.asarray(self.origin)
+            if self.vector:
+                axis = np.asarray(self.vector) / np.linalg.norm(self.vector)
+                found = found - np.outer(found @ axis, axis)
         else:
             found = np.broadcast_to(np.asarray(self.vector), points.shape)
         length = np.linalg.norm(found, axis=1)
         if len(length) and length.min() <= 1e-12 * max(1.0, float(length.max())):
             where = points[int(np.argmin(length))]
-            raise ModelError(f'contact.direction = "{self.kind}": is not defined at {where} m')
+            place = ", ".join(f"{x:.6g}" for x in where)
+            raise ModelError(
+                f'contact.direction = "{self.kind}": is not defined at ({place}) m: must not '
+                "meet the axis"
+            )
         return np.asarray(found / length[:, None])
 
 
@@ -147,9 +153,11 @@ def contact_interface(
         what: Name of the facets, for messages.
 
     Raises:
-        MeshError: if the facets are empty or touch the clamp, or have fewer vertices than `count`.
+        MeshError: if the facets are empty, inside the body or touch the clamp, or have fewer
+            vertices than `count`.
     """
     comm = solid.tagged.mesh.comm
+    _check_surface(solid, facets, what)
     local = _owned_vertices(solid, facets)
     owner = np.concatenate(comm.allgather(np.full(len(local.numbers), comm.rank)))
     everywhere = [comm.allgather(part) for part in (local.numbers, local.points, local.normals)]
@@ -194,12 +202,23 @@ def _nearest(points: Array, centres: Array) -> Indices:
     return np.argmin(distances, axis=1)
 
 
+def _check_surface(solid: Solid, facets: Indices, what: str) -> None:
+    topology = solid.tagged.mesh.topology
+    owned = facets[facets < topology.index_map(topology.dim - 1).size_local]
+    inside = np.setdiff1d(owned, dmesh.exterior_facet_indices(topology))
+    count = solid.tagged.mesh.comm.allreduce(len(inside))
+    if count:
+        raise MeshError(
+            f"contact.facets = {what}: {count} facets lie inside the body: must be on its surface"
+        )
+
+
 def _check_vertices(
     solid: Solid, vertices: _Vertices, count: int | None, what: str, comm: MPI.Comm
 ) -> None:
     found = len(vertices.numbers)
     if not found:
-        raise MeshError(f"contact.facets = {what}: the group has no facets on the surface")
+        raise MeshError(f"contact.facets = {what}: has no facets on the surface")
     if count is not None and count > found:
         raise MeshError(f"contact.points = {count}: {what} has only {found} vertices")
     dim = solid.tagged.dim

@@ -13,6 +13,7 @@ from dolfinx.plot import vtk_mesh
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.contact import ContactInterface, at_vertices
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
@@ -113,12 +114,18 @@ def _vtk_file(solid: Solid, path: Path) -> Iterator[VTKFile]:
     comm = solid.tagged.mesh.comm
     frames = path.with_suffix("")
     on_root(comm, frames.mkdir)
-    with VTKFile(comm, frames / "frame.pvd", "w") as file:
-        yield file
+    try:
+        with VTKFile(comm, frames / "frame.pvd", "w") as file:
+            yield file
+    except RuntimeError as error:
+        raise OutputError(f"{frames}: cannot be written: {error}") from error
     on_root(comm, lambda: _list_frames(path, frames))
 
 
 def _list_frames(path: Path, frames: Path) -> None:
+    for file in frames.iterdir():
+        if not file.read_bytes().rstrip().endswith(b"</VTKFile>"):  # dolfinx does not tell
+            raise OutputError(f"{file}: cannot be written in full: is the disk full?")
     listing = (frames / "frame.pvd").read_text()
     path.write_text(listing.replace('file="', f'file="{frames.name}/'))
 

@@ -149,7 +149,8 @@ def _gmsh_session(name: str) -> Iterator[None]:
 
 def _open(path: Path) -> None:
     if not path.is_file():
-        raise MeshError(f"mesh.file = {path}: there is no such file")
+        what = "is not a file" if path.exists() else "there is no such file"
+        raise MeshError(f"mesh.file = {path}: {what}")
     try:
         gmsh.merge(str(path))
     except Exception as error:  # gmsh raises bare Exception
@@ -173,7 +174,8 @@ def _extract(name: str) -> _RawMesh:
     if dim < 3 and np.abs(points[:, dim:]).max() > 1e-9 * np.ptp(points, axis=0).max():
         raise MeshError(
             f"{name}: the largest elements have dimension {dim}, but the mesh leaves "
-            f"{'the x axis' if dim == 1 else 'the x-y plane'} (no shells or curved beams)"
+            f"{'the x axis' if dim == 1 else 'the x-y plane'} (no shells or curved beams; "
+            "the body needs a physical group too)"
         )
     row = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
     row[tags.astype(np.int64)] = np.arange(len(tags))
@@ -245,7 +247,7 @@ def _degenerate(kind: int, tags: Any) -> Any:
         lengths = gmsh.model.mesh.getElementQualities(tags, "volume")
         return tags[np.abs(lengths) <= _FLAT * np.abs(lengths).max()]
     quality = gmsh.model.mesh.getElementQualities
-    folded = quality(tags, "minDetJac") * quality(tags, "maxDetJac") <= 0
+    folded = np.sign(quality(tags, "minDetJac")) != np.sign(quality(tags, "maxDetJac"))
     return tags[folded | (np.abs(quality(tags, "minSICN")) < _FLAT)]
 
 

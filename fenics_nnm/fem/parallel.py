@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -25,3 +26,19 @@ def on_root(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
     if failure is not None:
         raise failure
     return cast(Result, result)
+
+
+def all_arrive(comm: MPI.Comm, *, seconds: float = 5.0) -> bool:
+    """Whether all ranks call this within some seconds of each other.
+
+    Args:
+        comm: Communicator that nothing else uses, as ranks that do not come may wait elsewhere.
+        seconds: How long to wait for the others.
+    """
+    arrival = comm.Ibarrier()
+    end = time.monotonic() + seconds
+    while not arrival.Test():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.01)
+    return True

@@ -12,8 +12,8 @@ LengthUnit = Literal["m", "cm", "mm", "in", "ft"]
 METRES: dict[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 """Metres in one length unit."""
 
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
-Count = Annotated[int, Field(gt=0, strict=True)]
+Length = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False, strict=True)]
+Count = Annotated[int, Field(gt=0, le=1_000_000, strict=True)]
 
 
 class GeometryRecord(BaseModel):

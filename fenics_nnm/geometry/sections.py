@@ -59,7 +59,8 @@ def _read_cells(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     try:
         lines = file.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise GeometryError(f"{file}: cannot be read: {error}") from error
+        reason = getattr(error, "strerror", None) or error
+        raise GeometryError(f"mesh.sections = {file}: cannot be read: {reason}") from error
     rows = [
         (number, [cell.strip() for cell in next(csv.reader([line]))])
         for number, line in enumerate(lines, 1)

@@ -81,7 +81,7 @@ class Complementarity:
 
     def _on_active_set(self, excess: Array, active: NDArray[np.bool_]) -> ContactForces:
         samples = np.flatnonzero(active.any(axis=1))
-        points, used = _compressed(active[samples])
+        points, used = compressed(active[samples])
         slope = np.linalg.inv(_submatrices(self.R, points, used))
         slope *= used[:, :, None] & used[:, None, :]
         local = np.einsum("skl,sl->sk", slope, np.take_along_axis(excess[samples], points, 1))
@@ -92,7 +92,7 @@ class Complementarity:
         return ContactForces(force=force, samples=samples, points=points, slope=slope)
 
 
-def _compressed(active: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:
+def compressed(active: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:
     """Indices of the active points of each row, active ones first, and which are no padding."""
     width = int(active.sum(axis=1).max(initial=0))
     points = np.argsort(~active, axis=1, kind="stable")[:, :width]
@@ -108,7 +108,7 @@ def _submatrices(R: Array, points: Indices, used: NDArray[np.bool_]) -> Array:
 
 def _solve_on(R: Array, excess: Array, active: NDArray[np.bool_]) -> Array:
     """Forces that close the gap exactly at the active points of each sample."""
-    points, used = _compressed(active)
+    points, used = compressed(active)
     local = np.where(used, np.take_along_axis(excess, points, 1), 0.0)
     solved = np.linalg.solve(_submatrices(R, points, used), local[:, :, None])[:, :, 0]
     force = np.zeros_like(excess)

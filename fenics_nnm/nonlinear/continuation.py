@@ -12,6 +12,7 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.levels import levels
 from fenics_nnm.nonlinear.lift import SHARE_DROP, Lift, Stack
 from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.periodicity import checked
 from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
 from fenics_nnm.reduction.model import ReducedModel
 
@@ -100,7 +101,7 @@ def follow(
         harmonics: Number of harmonics N.
         samples: Number of time samples m a period.
         on_point: Called with each converged point before the next one is begun; a later point at
-            the same energy replaces the earlier one.
+            the same energy replaces the earlier one. The check of periodicity comes at the end.
         on_progress: Called with each energy ratio that has been dealt with.
 
     Raises:
@@ -119,7 +120,7 @@ def follow(
         march.reach(target)
         on_progress(target)
     march.second_look()
-    points = tuple(march.points[ratio] for ratio in sorted(march.points))
+    points = checked(model, [march.points[ratio] for ratio in sorted(march.points)])
     failures = tuple(sorted(march.failures.items()))
     return Branch(points, failures, _reason(continuation, points, failures))
 

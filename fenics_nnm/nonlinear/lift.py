@@ -153,7 +153,10 @@ class Lift:
     ) -> tuple[Solution | None, str]:
         level = self.levels[index]
         target = FixedEnergy(gamma_ratio * GRAZING_GAMMA)
-        solution = solve(level.equations, target, q, omega, options=self.newton)
+        try:
+            solution = solve(level.equations, target, q, omega, options=self.newton)
+        except np.linalg.LinAlgError as error:
+            return None, f"the contact flexibility is singular to round-off ({error})"
         failure = solution.failure or self._not_on_branch(level, gamma_ratio, solution)
         return (None, failure) if failure else (solution, "")
 

@@ -47,6 +47,7 @@ class Newton:
         largest_frequency_step: Bound on |d omega| / omega of one step.
         largest_motion_step: Bound on |d q| / |q| of one step.
         shortest_fraction: The line search gives up below this part of a step.
+        round_off: A residual below this that no step lowers is round-off, and taken as converged.
     """
 
     tolerance: float = 1e-10
@@ -54,6 +55,7 @@ class Newton:
     largest_frequency_step: float = 0.1
     largest_motion_step: float = 1.0
     shortest_fraction: float = 2.0**-10
+    round_off: float = 1e-8
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +122,8 @@ def solve(
             break
         better = _line_search(equations, constraint, trial, step, options)
         if better is None:
-            failure = f"the line search stalled (residual {trial.relative:.1e})"
+            if trial.merit > options.round_off:
+                failure = f"the line search stalled (residual {trial.relative:.1e})"
             break
         trial = better
     return Solution(

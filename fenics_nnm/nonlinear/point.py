@@ -33,7 +33,10 @@ class BranchPoint:
         virial_error: Relative error of omega^2 m^ = k^ + <lambda, gap>.
         contact_fraction: Share of the period with contact somewhere.
         iterations: Newton steps at the finest level.
-        status: "converged".
+        status: "converged", or "unresolved" where the discrete equations are solved but the motion,
+            integrated in time, does not come back to its start (`nonlinear.periodicity`).
+        return_error: Distance of the state after one period of time integration from its start,
+            relative in the energy norm; nan before it is known.
         q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J).
         force: Contact forces in N at the samples of the first half period, shape (m // 2 + 1, n_c).
     """
@@ -50,6 +53,7 @@ class BranchPoint:
     contact_fraction: float
     iterations: int
     status: str
+    return_error: float
     q: Array
     force: Array
 
@@ -84,6 +88,7 @@ class PointMaker:
             contact_fraction=float(self.equations.series.weight @ in_contact),
             iterations=solution.iterations,
             status="converged",
+            return_error=float("nan"),
             q=solution.q * self.scales.amplitude,
             force=solution.forces.force * self.scales.force,
         )

@@ -17,6 +17,7 @@ The file is closed between two of them.
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -26,10 +27,14 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
+from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.model import ReducedModel
 
 FORMAT = "fenics_nnm branch 1"
+
+#: More bytes than HDF5 needs to note a group and its attributes.
+_OVERHEAD = 32768
 
 _ARRAYS = ("q", "force")
 _SCALARS = tuple(item.name for item in fields(BranchPoint) if item.name not in _ARRAYS)
@@ -67,18 +72,8 @@ def create(path: Path, header: BranchHeader, arrays: dict[str, Array]) -> None:
     Raises:
         OutputError: if it cannot be written.
     """
-    with _writing(path), h5py.File(path, "w") as file:
-        file.attrs["format"] = FORMAT
-        file.attrs["study"] = header.study
-        file.attrs["versions"] = json.dumps(header.versions)
-        for name in ("omega", "Phi", "R", "gap"):
-            file[f"model/{name}"] = getattr(header.model, name)
-        series = file.create_group("series")
-        for name in ("mode", "harmonics", "samples"):
-            series.attrs[name] = getattr(header, name)
-        for name, values in arrays.items():
-            file[name] = values
-        file.create_group("points")
+    with _writing(path):
+        path.write_bytes(_image(header, arrays))
 
 
 def append(path: Path, point: BranchPoint) -> None:
@@ -87,7 +82,8 @@ def append(path: Path, point: BranchPoint) -> None:
     Raises:
         OutputError: if it cannot be written.
     """
-    with _writing(path), h5py.File(path, "r+") as file:
+    size = sum(getattr(point, name).nbytes for name in _ARRAYS)
+    with _writing(path), _opened(path, size) as file:
         group = file["points"].create_group(f"{len(file['points']):06d}")
         for name in _ARRAYS:
             group[name] = getattr(point, name)
@@ -95,14 +91,19 @@ def append(path: Path, point: BranchPoint) -> None:
             group.attrs[name] = getattr(point, name)
 
 
-def finish(path: Path, reason: str) -> None:
-    """Note why the branch ended.
+def finish(path: Path, branch: Branch) -> None:
+    """Note why the branch ended, and what was found out about its points at the end.
 
     Raises:
         OutputError: if it cannot be written.
     """
+    final = {point.gamma_ratio: point for point in branch.points}
     with _writing(path), h5py.File(path, "r+") as file:
-        file.attrs["reason"] = reason
+        file.attrs["reason"] = branch.reason
+        for group in file["points"].values():
+            point = final[float(group.attrs["gamma_ratio"])]
+            group.attrs["status"] = point.status
+            group.attrs["return_error"] = point.return_error
 
 
 def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
@@ -120,6 +121,34 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
             return _header(file), tuple(latest[ratio] for ratio in sorted(latest))
     except OSError as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
+def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
+    """Bytes of a file without points; HDF5 may crash where it writes to a full disk itself."""
+    with h5py.File("branch.h5", "w", driver="core", backing_store=False) as file:
+        file.attrs["format"] = FORMAT
+        file.attrs["study"] = header.study
+        file.attrs["versions"] = json.dumps(header.versions)
+        for name in ("omega", "Phi", "R", "gap"):
+            file[f"model/{name}"] = getattr(header.model, name)
+        series = file.create_group("series")
+        for name in ("mode", "harmonics", "samples"):
+            series.attrs[name] = getattr(header, name)
+        for name, values in arrays.items():
+            file[name] = values
+        file.create_group("points")
+        file.flush()
+        return bytes(file.id.get_file_image())
+
+
+def _opened(path: Path, size: int) -> h5py.File:
+    """The file, to add `size` bytes to; a full disk is found before HDF5 breaks the file.
+
+    HDF5 cuts off what it did not need.
+    """
+    with path.open("r+b") as file:
+        os.posix_fallocate(file.fileno(), path.stat().st_size, size + _OVERHEAD)
+    return h5py.File(path, "r+")
 
 
 def _header(file: h5py.File) -> BranchHeader:
@@ -155,5 +184,5 @@ class _writing:
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         if isinstance(error, OSError | RuntimeError):
-            reason = str(error).split("(", 1)[-1].rstrip(")")
+            reason = getattr(error, "strerror", None) or error
             raise OutputError(f"{self._path}: cannot be written: {reason}") from error

@@ -1,0 +1,166 @@
+"""Two ranks: the same results as one, and an end of all ranks where one of them fails."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import small_meshes
+from conftest import BEAM, PLATE, Ended
+
+from fenics_nnm.output import branch_file
+
+StudyFile = Callable[..., Path]
+Command = Callable[..., Ended]
+
+#: Columns of backbone.csv that are round-off.
+ROUND_OFF = {"penetration_m", "virial_error"}
+
+FAILING = """
+import sys
+from mpi4py import MPI
+import fenics_nnm.run
+from fenics_nnm.cli import main
+
+def fail(*arguments, **keywords):
+    raise {error}
+
+if MPI.COMM_WORLD.rank in {ranks}:
+    fenics_nnm.run.{name} = fail
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def on_ranks(count: int, *arguments: object, folder: Path, seconds: float = 120) -> Ended:
+    """Run python on some ranks; everything started is killed when the time is over."""
+    command = ["mpirun", "-n", str(count), "--oversubscribe", sys.executable, *map(str, arguments)]
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        out, err = process.communicate(timeout=seconds)
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+    return Ended(process.returncode, out, err)
+
+
+def own_lines(ended: Ended) -> list[str]:
+    """Lines of the program among those of mpirun."""
+    return [line for line in ended.err.splitlines() if "fenics-nnm: " in line]
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    """Rows of backbone.csv without what is round-off."""
+    table = csv.DictReader(path.read_text().splitlines())
+    return [{k: v for k, v in row.items() if k not in ROUND_OFF} for row in table]
+
+
+def failing_script(folder: Path, **values: Any) -> Path:
+    path = folder / "failing.py"
+    path.write_text(FAILING.format(**values))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("base", "changes"),
+    [
+        (PLATE, {"mesh": {"elements": [8, 2]}, "reduction": {"modes": 3}}),
+        (BEAM, {"mesh": {"elements": [4, 1, 2]}, "contact": {"points": 3}}),
+    ],
+    ids=["plate", "beam"],
+)
+def test_two_ranks_give_the_backbone_of_one(
+    base: dict[str, Any],
+    changes: dict[str, Any],
+    study_file: StudyFile,
+    command: Command,
+    tmp_path: Path,
+) -> None:
+    study = study_file(base, **changes)
+    assert command("run", study, "--output", "one").code == 0
+    ended = on_ranks(2, "-m", "fenics_nnm", "run", study, "--output", "two", folder=tmp_path)
+    assert ended.code == 0, ended.err
+    assert (own_lines(ended), ended.out) == ([], "")
+    assert rows(tmp_path / "two" / "backbone.csv") == rows(tmp_path / "one" / "backbone.csv")
+    _, one = branch_file.read(tmp_path / "one" / "branch.h5")
+    assert len(one) == len(rows(tmp_path / "two" / "backbone.csv")) == 4
+
+
+def test_check_prints_once(study_file: StudyFile, command: Command, tmp_path: Path) -> None:
+    study = study_file(PLATE)
+    alone = command("check", study)
+    ended = on_ranks(2, "-m", "fenics_nnm", "check", study, folder=tmp_path)
+    assert (ended.code, own_lines(ended)) == (0, [])
+    assert ended.out.count("degrees of freedom") == 1
+    assert ended.out.splitlines()[:6] == alone.out.splitlines()[:6]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"material": {"young": -1.0}}, "material.young = -1.0"),
+        ({"clamp": {"facets": "lefft"}}, 'clamp.facets = "lefft"'),
+        ({"clamp": None}, "3 rigid-body modes"),
+        ({"contact": {"facets": "top"}}, "must not touch the clamp"),
+        ({"reduction": {"modes": 46}}, "residual flexibility"),
+        ({"output": {"folder": "study.toml"}}, "output folder study.toml"),
+    ],
+)
+def test_bad_input_is_told_once(
+    changes: dict[str, Any], words: str, study_file: StudyFile, tmp_path: Path
+) -> None:
+    study = study_file(PLATE, **changes)
+    ended = on_ranks(2, "-m", "fenics_nnm", "run", study, folder=tmp_path)
+    assert ended.code == 2, ended.err
+    (line,) = own_lines(ended)
+    assert words in line and "rank" not in line and "Traceback" not in ended.err
+    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+
+
+def test_bad_mesh_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
+    small_meshes.square(tmp_path / "mesh.msh")
+    mesh = {"=": {"file": "mesh.msh", "length_unit": "m"}}
+    study = study_file(PLATE, mesh=mesh, contact={"facets": "middle"})
+    ended = on_ranks(2, "-m", "fenics_nnm", "run", study, folder=tmp_path)
+    assert ended.code == 2, ended.err
+    (line,) = own_lines(ended)
+    assert "2 facets lie inside the body" in line
+
+
+@pytest.mark.parametrize("rank", [0, 1])
+@pytest.mark.parametrize("name", ["linear_analysis", "gathered_basis", "write_linear_modes"])
+def test_failure_of_one_rank_ends_all(
+    rank: int, name: str, study_file: StudyFile, tmp_path: Path
+) -> None:
+    """The other rank waits in a collective call that will never be answered."""
+    error = 'ZeroDivisionError("by zero")'
+    script = failing_script(tmp_path, name=name, error=error, ranks=[rank])
+    ended = on_ranks(2, script, "run", study_file(PLATE), "--output", "out", folder=tmp_path)
+    assert ended.code == 1, ended.err
+    (line,) = own_lines(ended)
+    assert f"fenics-nnm: rank {rank}: " in line and "ZeroDivisionError: by zero" in line
+    assert "Traceback" not in ended.err
+
+
+def test_failure_of_all_ranks_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
+    error = 'ZeroDivisionError("by zero")'
+    script = failing_script(tmp_path, name="write_linear_modes", error=error, ranks=[0, 1])
+    ended = on_ranks(2, script, "run", study_file(PLATE), "--output", "out", folder=tmp_path)
+    assert ended.code == 1, ended.err
+    (line,) = own_lines(ended)
+    assert "rank" not in line and "4 points are in out" in line
+    assert len(branch_file.read(tmp_path / "out" / "branch.h5")[1]) == 4

@@ -13,10 +13,11 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface
-from fenics_nnm.fem.linear import LinearAnalysis, reduced
+from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
-from fenics_nnm.fem.modes import ModalSolver
+from fenics_nnm.fem.modes import LinearModes, ModalSolver
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
+from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.model import ReducedModel
@@ -56,8 +57,7 @@ def linear_analysis(study: Study, comm: MPI.Comm, stages: Stages | None = None) 
         with stages.stage("modes"):
             modes = solver.modes(study.reduction.modes)
         with stages.stage("attachments"):
-            attachments = solver.attachments(interface.unit_forces(solid.owned))
-    return reduced(solid, interface, modes, attachments)
+            return _reduced(study, solid, interface, modes, solver)
 
 
 def nonlinear_mode(
@@ -90,9 +90,36 @@ def nonlinear_mode(
             mode=study.mode.number - 1,
             harmonics=study.mode.harmonics,
             samples=study.mode.samples,
+            multipliers=_multipliers(study),
             on_point=on_point,
             on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
         )
+
+
+def _reduced(
+    study: Study,
+    solid: Solid,
+    interface: ContactInterface,
+    modes: LinearModes,
+    solver: ModalSolver,
+) -> LinearAnalysis:
+    if study.reduction.method == "massless":
+        attachments = solver.attachments(interface.unit_forces(solid.owned))
+        return massless_reduced(solid, interface, modes, attachments)
+    if study.reduction.interface == "contact":
+        forces = interface.unit_forces(solid.owned)
+    else:
+        forces = interface.unit_forces_all_directions(solid.owned)
+    attachments = solver.attachments(forces)
+    fixed = solver.fixed_interface_modes(forces, attachments, study.reduction.modes)
+    return craig_bampton_reduced(solid, interface, modes, attachments, fixed)
+
+
+def _multipliers(study: Study) -> MultiplierLoop | None:
+    if study.reduction.method == "massless":
+        return None
+    chosen = study.augmented_lagrangian
+    return MultiplierLoop(**chosen.model_dump()) if chosen else MultiplierLoop()
 
 
 def _body(study: Study) -> Body:

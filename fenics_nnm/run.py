@@ -149,7 +149,13 @@ class _Recorder:
             for point in branch.points:
                 if point.gamma_ratio == ratio:
                     path = fields / f"motion_{ratio:g}.pvd"
-                    write_motion(path, analysis, point.q, frames=self.study.output.frames)
+                    write_motion(
+                        path,
+                        analysis,
+                        point,
+                        samples=self.study.mode.samples,
+                        frames=self.study.output.frames,
+                    )
             self.stages.report((index + 1) / len(wanted))
 
     def write_tables(self, analysis: LinearAnalysis, branch: Branch) -> dict[str, Any]:

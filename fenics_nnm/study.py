@@ -109,6 +109,9 @@ class ContactSection(_Record):
     )
     origin: Vector | None = Field(None, description="a point on the axis in m; the default is 0")
     gap: Positive = Field(description="initial gap in m, positive")
+    law: Literal["complementarity", "augmented-lagrangian"] | None = Field(
+        None, description="by default the one that fits reduction.method"
+    )
     points: Count | Literal["all"] = Field(
         "all", description='positive number of points spread over the facets, or "all" vertices'
     )
@@ -135,8 +138,45 @@ class ContactSection(_Record):
 class ReductionSection(_Record):
     """From the mesh to a few coordinates."""
 
-    method: Literal["massless"] = Field("massless", description='"massless": MacNeal, default')
-    modes: Count = Field(40, description="number of modes kept, J")
+    method: Literal["massless", "craig-bampton"] = Field(
+        "massless", description='"massless" (free modes, residual flexibility) or "craig-bampton"'
+    )
+    modes: Count = Field(40, description="number of free modes, or of fixed-interface modes")
+    interface: Literal["all", "contact"] | None = Field(
+        None, description='retained directions of craig-bampton: "all" (default) or "contact"'
+    )
+
+    @model_validator(mode="after")
+    def _interface_fits_method(self) -> ReductionSection:
+        if self.method == "massless" and self.interface is not None:
+            raise ValueError('interface belongs to method = "craig-bampton"')
+        return self
+
+
+class AugmentedLagrangianSection(_Record):
+    """Multipliers of contact points that carry mass."""
+
+    penalty: Positive = Field(10.0, description="first penalty over the static contact stiffness")
+    alpha: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
+        4.0, description="factor by which a measure must fall, above 1"
+    )
+    beta: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
+        10.0, description="growth of a penalty, above 1"
+    )
+    tolerance: Positive = Field(1e-10, description="penetration and tension over the gap")
+    iterations: Count = Field(60, description="largest number of outer steps")
+    normalisation: Literal["exact", "penalised"] = Field(
+        "exact", description='"exact": h = 0 is a row; "penalised": the literal form of the paper'
+    )
+    algorithm: Literal["simultaneous", "sequential"] = Field(
+        "simultaneous", description="base of the penalised form: Algorithm 1 or 2 of the paper"
+    )
+
+    @model_validator(mode="after")
+    def _algorithm_has_effect(self) -> AugmentedLagrangianSection:
+        if self.normalisation == "exact" and "algorithm" in self.model_fields_set:
+            raise ValueError('algorithm belongs to normalisation = "penalised"')
+        return self
 
 
 class ModeSection(_Record):
@@ -217,9 +257,26 @@ class Study(_Record):
     clamp: ClampSection | None = None
     contact: ContactSection
     reduction: ReductionSection = ReductionSection()
+    augmented_lagrangian: AugmentedLagrangianSection | None = None
     mode: ModeSection = ModeSection()
     continuation: ContinuationSection = ContinuationSection()
     output: OutputSection = OutputSection()
+
+    @model_validator(mode="after")
+    def _law_fits_reduction(self) -> Study:
+        carries_mass = self.reduction.method == "craig-bampton"
+        law = self.contact.law
+        if carries_mass and law == "complementarity":
+            raise ValueError(
+                'contact.law = "complementarity": does not fit reduction.method = "craig-bampton", '
+                'whose contact points carry mass: must be "augmented-lagrangian"'
+            )
+        if not carries_mass and (law == "augmented-lagrangian" or self.augmented_lagrangian):
+            raise ValueError(
+                'contact.law = "augmented-lagrangian": needs contact points that carry mass: '
+                'reduction.method = "craig-bampton"'
+            )
+        return self
 
     @model_validator(mode="after")
     def _mode_is_kept(self) -> Study:

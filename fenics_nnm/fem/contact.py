@@ -103,12 +103,21 @@ class ContactInterface:
         return np.asarray(self.comm.allreduce(found))
 
     def unit_forces(self, owned: int) -> Array:
-        """B^T: a unit force against each contact direction's obstacle, shape (n_owned, n_c)."""
+        """B^T: a unit force in the contact direction at each point, shape (n_owned, n_c)."""
+        return self._forces(owned, self.directions[:, :, None])
+
+    def unit_forces_all_directions(self, owned: int) -> Array:
+        """A unit force along each axis at each point, shape (n_owned, n_c dim)."""
         dim = self.points.shape[1]
-        forces = np.zeros((owned, self.count))
+        return self._forces(owned, np.broadcast_to(np.eye(dim), (self.count, dim, dim)))
+
+    def _forces(self, owned: int, vectors: Array) -> Array:
+        """Columns of forces at the points: vectors of shape (n_c, dim, columns a point)."""
+        dim, width = vectors.shape[1:]
+        forces = np.zeros((owned, self.count * width))
         for point in np.flatnonzero(self.blocks >= 0):
             start = self.blocks[point] * dim
-            forces[start : start + dim, point] = self.directions[point]
+            forces[start : start + dim, point * width : (point + 1) * width] = vectors[point]
         return forces
 
 

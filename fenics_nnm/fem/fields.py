@@ -19,7 +19,7 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.nonlinear.fourier import CosineSeries
+from fenics_nnm.nonlinear.point import BranchPoint
 
 #: Modes written to linear_modes.pvd.
 _MODES_WRITTEN = 12
@@ -47,8 +47,9 @@ def write_linear_modes(path: Path, analysis: LinearAnalysis) -> None:
 def write_motion(
     path: Path,
     analysis: LinearAnalysis,
-    q: Array,
+    point: BranchPoint,
     *,
+    samples: int,
     frames: int,
     on_frame: Callable[[float], None] = lambda done: None,
 ) -> None:
@@ -57,27 +58,37 @@ def write_motion(
     Args:
         path: .pvd file to write.
         analysis: Linear analysis that the motion belongs to.
-        q: Harmonics of the modal coordinates, shape (N + 1, J).
+        point: Point of a branch of its model.
+        samples: Time samples of a period that the forces of the point are given at.
         frames: Number of frames, the last of them one step before the period ends.
         on_frame: Called with the part done.
     """
-    solid, model = analysis.solid, analysis.model
+    solid = analysis.solid
     displacement = _function(solid, "displacement (m)")
     pressure = _Pressure(solid, analysis.interface)
     phase = 2 * np.pi * np.arange(frames) / frames
-    series = CosineSeries(len(q) - 1, 2 * len(q))
-    coordinates = series.basis_at(phase) @ q
-    forces = Complementarity(model.R, model.gap)(coordinates @ model.Phi.T).force
+    coordinates = np.cos(np.outer(phase, np.arange(len(point.q)))) @ point.q
+    if analysis.model.massless:
+        law = Complementarity(analysis.model.R, analysis.model.gap)
+        forces = law(coordinates @ analysis.model.Phi.T).force
+    else:
+        forces = _interpolated(point.force, samples, phase)
     with _vtk_file(solid, path) as file:
         for frame in range(frames):
             _fill(
                 displacement,
-                analysis.modes.shapes @ coordinates[frame]
-                - analysis.residual_shapes @ forces[frame],
+                analysis.shapes @ coordinates[frame] - analysis.residual_shapes @ forces[frame],
             )
             pressure.fill(forces[frame])
             file.write_function([displacement, pressure.function], frame / frames)
             on_frame((frame + 1) / frames)
+
+
+def _interpolated(force: Array, samples: int, phase: Array) -> Array:
+    """Forces at phases, linear between the samples of the first half period they are given at."""
+    given = 2 * np.pi * np.arange(len(force)) / samples
+    first_half = np.minimum(phase, 2 * np.pi - phase)
+    return np.array([np.interp(first_half, given, column) for column in force.T]).T
 
 
 def gathered_basis(analysis: LinearAnalysis) -> dict[str, Array]:
@@ -94,7 +105,7 @@ def gathered_basis(analysis: LinearAnalysis) -> dict[str, Array]:
     parts = {
         "mesh/points": points[:owned],
         "mesh/cells": numbered,
-        "basis/shapes": analysis.modes.shapes.reshape(owned, dim, -1),
+        "basis/shapes": analysis.shapes.reshape(owned, dim, -1),
         "basis/residual_shapes": analysis.residual_shapes.reshape(owned, dim, -1),
     }
     gathered = {}

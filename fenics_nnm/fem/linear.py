@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.modes import LinearModes
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.reduction.craig_bampton import craig_bampton
 from fenics_nnm.reduction.massless import massless_model
 from fenics_nnm.reduction.model import ReducedModel
 
@@ -21,9 +23,10 @@ class LinearAnalysis:
     Attributes:
         solid: Assembled body.
         interface: Contact points.
-        modes: Linear modes; shapes are signed so that the contact point that moves most
-            moves towards its obstacle.
-        residual_shapes: Displacement per unit contact force that the modes do not bring, m/N,
+        modes: Linear modes.
+        shapes: Displacement per modal coordinate of the model, kg^-1/2, shape (n_owned, J), signed
+            so that the contact point that moves most moves towards its obstacle.
+        residual_shapes: Displacement per unit contact force that these do not bring, m/N,
             shape (n_owned, n_c): u = shapes q - residual_shapes lambda.
         model: Reduced model.
     """
@@ -31,11 +34,12 @@ class LinearAnalysis:
     solid: Solid
     interface: ContactInterface
     modes: LinearModes
+    shapes: Array
     residual_shapes: Array
     model: ReducedModel
 
 
-def reduced(
+def massless_reduced(
     solid: Solid, interface: ContactInterface, modes: LinearModes, attachments: Array
 ) -> LinearAnalysis:
     """Massless-boundary model of a body, with signed mode shapes.
@@ -57,7 +61,66 @@ def reduced(
     return LinearAnalysis(
         solid=solid,
         interface=interface,
-        modes=LinearModes(modes.omega, shapes, modes.checked_below),
+        modes=modes,
+        shapes=shapes,
         residual_shapes=attachments - (shapes / modes.omega**2) @ Phi.T,
         model=massless_model(modes.omega, Phi, S, interface.gap),
     )
+
+
+def craig_bampton_reduced(
+    solid: Solid,
+    interface: ContactInterface,
+    modes: LinearModes,
+    attachments: Array,
+    fixed_modes: Array,
+) -> LinearAnalysis:
+    """Craig-Bampton model of a body, in modal form.
+
+    The attachment solutions span the same space as the constraint modes, which are these
+    solutions combined to unit displacements of one interface coordinate at a time.
+
+    Args:
+        solid: Assembled body.
+        interface: Contact points.
+        modes: Linear modes, for comparison; the model does not use them.
+        attachments: Static displacements under unit forces of the interface, (n_owned, i).
+        fixed_modes: Modes with the interface held, shape (n_owned, k).
+
+    Raises:
+        ModelError: if the basis vectors depend on each other.
+    """
+    basis = np.hstack([attachments, fixed_modes])
+    reduction = craig_bampton(
+        projected(solid.stiffness, basis),
+        projected(solid.mass, basis),
+        interface.displacement(basis),
+        interface.gap,
+    )
+    return LinearAnalysis(
+        solid=solid,
+        interface=interface,
+        modes=modes,
+        shapes=basis @ reduction.shapes,
+        residual_shapes=np.zeros((solid.owned, interface.count)),
+        model=reduction.model,
+    )
+
+
+def projected(matrix: PETSc.Mat, basis: Array) -> Array:
+    """basis^T matrix basis, the same on all ranks.
+
+    Args:
+        matrix: Symmetric matrix.
+        basis: Columns at the owned rows, shape (n_owned, b).
+    """
+    right, left = matrix.createVecs()
+    product = np.empty_like(basis)
+    for column in range(basis.shape[1]):
+        right.array[:] = basis[:, column]
+        matrix.mult(right, left)
+        product[:, column] = left.array_r
+    right.destroy()
+    left.destroy()
+    whole = matrix.comm.tompi4py().allreduce(basis.T @ product)
+    return np.asarray((whole + whole.T) / 2)

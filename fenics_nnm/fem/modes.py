@@ -12,6 +12,7 @@ from slepc4py import SLEPc
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ConvergenceError, ModelError
+from fenics_nnm.fem.interface_modes import fixed_interface_modes
 from fenics_nnm.fem.solid import Solid
 
 logger = logging.getLogger(__name__)
@@ -122,6 +123,23 @@ class ModalSolver:
         right.destroy()
         left.destroy()
         return solution
+
+    def fixed_interface_modes(self, forces: Array, attachments: Array, count: int) -> Array:
+        """The lowest modes with the contact interface held, from the same factorisation.
+
+        Args:
+            forces: Unit forces of the interface, shape (n_owned, i).
+            attachments: Displacements under them, shape (n_owned, i).
+            count: Number of modes.
+
+        Returns:
+            Mass-normalised shapes, shape (n_owned, count).
+
+        Raises:
+            ConvergenceError: if the eigensolver fails.
+        """
+        ksp = self._eps.getST().getKSP()
+        return fixed_interface_modes(self._solid, ksp, forces, attachments, count)
 
     def _owned_clamped(self) -> int:
         return int(np.count_nonzero(self._solid.clamped < self._solid.owned))

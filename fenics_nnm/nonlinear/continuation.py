@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.levels import levels
 from fenics_nnm.nonlinear.lift import SHARE_DROP, Lift, Stack
 from fenics_nnm.nonlinear.newton import Newton
@@ -85,6 +86,7 @@ def follow(
     mode: int,
     harmonics: int,
     samples: int,
+    multipliers: MultiplierLoop | None = None,
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     on_progress: Callable[[float], None] = lambda ratio: None,
 ) -> Branch:
@@ -100,6 +102,7 @@ def follow(
         mode: Index of the linear mode that the branch starts at, from 0.
         harmonics: Number of harmonics N.
         samples: Number of time samples m a period.
+        multipliers: Augmented Lagrangian, for models with R = 0; with its defaults if None.
         on_point: Called with each converged point before the next one is begun; a later point at
             the same energy replaces the earlier one. The check of periodicity comes at the end.
         on_progress: Called with each energy ratio that has been dealt with.
@@ -111,7 +114,9 @@ def follow(
         raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
     scaled, scales = model.dimensionless(mode)
     lift = Lift(
-        levels(scaled, mode=mode, harmonics=harmonics, samples=samples), mode, continuation.newton
+        levels(scaled, mode=mode, harmonics=harmonics, samples=samples, multipliers=multipliers),
+        mode,
+        continuation.newton,
     )
     maker = PointMaker(lift.levels[-1].equations, scales)
     march = _March(lift, maker, continuation, on_point)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.levels import Level
-from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.levels import Guess, Level
+from fenics_nnm.nonlinear.newton import Newton, Solution
 
 #: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
 GRAZING_GAMMA = 0.25
@@ -95,9 +95,7 @@ class Lift:
         while at != gamma_ratio:
             step = np.clip(gamma_ratio - at, -_COARSE_STEP, _COARSE_STEP)
             following = gamma_ratio if abs(gamma_ratio - at) <= _COARSE_STEP else at + step
-            known = self._coarse[at]
-            scaled = known.q * np.sqrt(following / at)
-            solution, _ = self._solve(0, following, scaled, known.omega)
+            solution, _ = self._solve(0, following, _scaled(self._coarse[at], following / at))
             if solution is None:
                 return None
             self._coarse[following] = solution
@@ -110,7 +108,8 @@ class Lift:
         column = int(np.searchsorted(level.modes, self.mode))
         q[1, column] = np.sqrt(gamma_ratio)
         omega = float(level.equations.model.omega[column])
-        return solve(level.equations, FixedEnergy(gamma_ratio * GRAZING_GAMMA), q, omega)
+        force = np.zeros((len(level.equations.series.phase), level.equations.model.points))
+        return level.solve(gamma_ratio * GRAZING_GAMMA, Guess(q, omega, force), self.newton)
 
     def _level(
         self,
@@ -120,41 +119,37 @@ class Lift:
         neighbour: Stack | None,
     ) -> tuple[Solution | None, str]:
         failure = "no level below has a solution"
-        for q, omega in self._guesses(index, below, gamma_ratio, neighbour):
-            solution, failure = self._solve(index, gamma_ratio, q, omega)
+        for guess in self._guesses(index, below, gamma_ratio, neighbour):
+            solution, failure = self._solve(index, gamma_ratio, guess)
             if solution is not None:
                 return solution, ""
         return None, failure
 
     def _guesses(
         self, index: int, below: list[Solution | None], gamma_ratio: float, neighbour: Stack | None
-    ) -> Iterator[tuple[Array, float]]:
+    ) -> Iterator[Guess]:
         """Guesses for a level: beside the neighbour's solution, then from the level below."""
         lower = next((i for i in reversed(range(index)) if below[i] is not None), None)
+        here = below[lower] if lower is not None else None
         beside = neighbour.solutions[index] if neighbour else None
         if neighbour is not None and beside is not None:
             there = neighbour.solutions[lower] if lower is not None else None
-            if lower is not None and there is not None:
-                here = below[lower]
-                assert here is not None
+            if lower is not None and here is not None and there is not None:
                 change = self._moved(lower, index, here.q - there.q)
-                yield beside.q + change, beside.omega + here.omega - there.omega
-            yield beside.q * np.sqrt(gamma_ratio / neighbour.gamma_ratio), beside.omega
-        if lower is not None:
-            solution = below[lower]
-            assert solution is not None
-            yield self._moved(lower, index, solution.q), solution.omega
+                force = beside.forces.force + here.forces.force - there.forces.force
+                omega = beside.omega + here.omega - there.omega
+                yield Guess(beside.q + change, omega, np.maximum(force, 0.0))
+            yield _scaled(beside, gamma_ratio / neighbour.gamma_ratio)
+        if lower is not None and here is not None:
+            yield Guess(self._moved(lower, index, here.q), here.omega, here.forces.force)
 
     def _moved(self, source: int, target: int, q: Array) -> Array:
         return self.levels[target].restricted(self.levels[source].extended(q))
 
-    def _solve(
-        self, index: int, gamma_ratio: float, q: Array, omega: float
-    ) -> tuple[Solution | None, str]:
+    def _solve(self, index: int, gamma_ratio: float, guess: Guess) -> tuple[Solution | None, str]:
         level = self.levels[index]
-        target = FixedEnergy(gamma_ratio * GRAZING_GAMMA)
         try:
-            solution = solve(level.equations, target, q, omega, options=self.newton)
+            solution = level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
         except np.linalg.LinAlgError as error:
             return None, f"the contact flexibility is singular to round-off ({error})"
         failure = solution.failure or self._not_on_branch(level, gamma_ratio, solution)
@@ -194,3 +189,8 @@ class Lift:
         mean_square = level.equations.series.mean_square
         kinetic = (mean_square * order**2)[:, None] * solution.q**2
         return float(kinetic[1, np.searchsorted(level.modes, self.mode)] / kinetic.sum())
+
+
+def _scaled(solution: Solution, factor: float) -> Guess:
+    """A solution at another energy: the same shape at `factor` times gamma."""
+    return Guess(solution.q * np.sqrt(factor), solution.omega, solution.forces.force)

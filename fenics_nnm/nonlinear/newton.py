@@ -48,6 +48,8 @@ class Newton:
         largest_motion_step: Bound on |d q| / |q| of one step.
         shortest_fraction: The line search gives up below this part of a step.
         round_off: A residual below this that no step lowers is round-off, and taken as converged.
+        leaps: Full steps that may be taken where the line search stalls: the equations are only
+            piecewise smooth, and a kink can hide the way down.
     """
 
     tolerance: float = 1e-10
@@ -56,6 +58,7 @@ class Newton:
     largest_motion_step: float = 1.0
     shortest_fraction: float = 2.0**-10
     round_off: float = 1e-8
+    leaps: int = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +113,7 @@ def solve(
     options = options or Newton()
     trial = _evaluate(equations, constraint, q, omega)
     failure = ""
+    leaps = 0
     for iteration in range(options.iterations + 1):
         if trial.merit <= options.tolerance:
             break
@@ -121,9 +125,13 @@ def solve(
             failure = "the Jacobian is singular: a bifurcation or a fold in gamma"
             break
         better = _line_search(equations, constraint, trial, step, options)
+        if better is None and trial.merit <= options.round_off:
+            break
+        if better is None and leaps < options.leaps:
+            leaps += 1
+            better = _evaluate(equations, constraint, trial.q + step[0], trial.omega + step[1])
         if better is None:
-            if trial.merit > options.round_off:
-                failure = f"the line search stalled (residual {trial.relative:.1e})"
+            failure = f"the line search stalled (residual {trial.relative:.1e})"
             break
         trial = better
     return Solution(

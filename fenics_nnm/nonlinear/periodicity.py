@@ -55,7 +55,13 @@ def return_errors(model: ReducedModel, points: Sequence[BranchPoint]) -> Array:
 
 
 def checked(model: ReducedModel, points: Sequence[BranchPoint]) -> tuple[BranchPoint, ...]:
-    """The points with their return errors; "unresolved" where it is above 1/3, or unknown."""
+    """The points with their return errors; "unresolved" where it is above 1/3, or unknown.
+
+    Points of a model whose contact points carry mass are left as they are: their motion after
+    an impact depends on an impact law that harmonic balance does not have.
+    """
+    if not model.massless:
+        return tuple(points)
     return tuple(
         replace(
             point,

@@ -12,6 +12,9 @@ from fenics_nnm.errors import ModelError
 #: R may be indefinite by this much, relative to its largest entry, from round-off in the modes.
 _INDEFINITE_TOLERANCE = 1e-9
 
+#: R with a smaller ratio of eigenvalues than this is singular.
+_SINGULAR = 1e-10
+
 
 @dataclass(frozen=True, slots=True)
 class ReducedModel:
@@ -84,6 +87,12 @@ class ReducedModel:
     def modes(self) -> int:
         """Number of modal coordinates J."""
         return int(np.size(self.omega))
+
+    @property
+    def massless(self) -> bool:
+        """Whether the contact points carry no mass: R is positive definite."""
+        eigenvalues = np.linalg.eigvalsh(self.R)
+        return bool(eigenvalues[0] > _SINGULAR * eigenvalues[-1])
 
     @property
     def points(self) -> int:

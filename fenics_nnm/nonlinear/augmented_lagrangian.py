@@ -1,0 +1,213 @@
+"""Augmented Lagrangian for contact points that carry mass.
+
+Laxalde and Legrand, Computational Mechanics 47 (2011) 469-478, Algorithms 1 to 3.
+
+Each outer step solves the harmonic equations under the law lambda = kappa (g + theta)_+ with the
+common Newton iteration, then moves the multipliers: theta += max(g, -theta). Where Powell's measure
+|max(g, -theta)| has not fallen by alpha, the penalty grows and the multiplier shrinks by beta,
+which leaves the force kappa theta as it is.
+
+What differs from the paper, and why:
+
+* kappa is a stiffness of the harmonic equations. In the paper's Lagrangian, which is divided by
+  m^ / 2, the same penalty is kappa / gamma.
+* h carries n^2 (Eqs. 11b, 12); Eq. (24c) drops it.
+* The frequency is an unknown of the inner solve. "exact" keeps h = 0 as a row, the limit of an
+  infinite kappa_e. "penalised" is the literal form: stationarity of
+
+      L = r + <kappa (g + theta)_+^2> / 2 + kappa_e (h + theta_e)^2 / 2
+
+  by U_n gives the harmonic equations with omega^2 = base - kappa_e (h + theta_e) m^ / 2. The base
+  is r of the motion itself (Algorithm 1, "simultaneous") or a predicted omega^2 that is kept
+  (Algorithm 2, "sequential"); the multiplier absorbs the difference, so both end in the same point.
+* Penalties begin anew at each point, with theta = force / kappa: those carried along a branch only
+  ever grow, and the inner problem becomes stiff for nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
+from fenics_nnm.reduction.model import ReducedModel
+
+#: First penalty of the normalisation, times gamma^2 over omega^2.
+_FIRST_ENERGY_PENALTY = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class MultiplierLoop:
+    """Configuration of Algorithm 3.
+
+    Attributes:
+        penalty: First penalty over the static contact stiffness of each point.
+        alpha: A measure must fall by this factor in each outer step.
+        beta: Growth of a penalty whose measure has not.
+        tolerance: Penetration and tension, relative to the smallest gap, that end the loop.
+        iterations: Largest number of outer steps.
+        normalisation: "exact": h = 0 is a row; "penalised": the literal form.
+        algorithm: Base of the penalised form: "simultaneous" (1) or "sequential" (2).
+    """
+
+    penalty: float = 10.0
+    alpha: float = 4.0
+    beta: float = 10.0
+    tolerance: float = 1e-10
+    iterations: int = 60
+    normalisation: Literal["exact", "penalised"] = "exact"
+    algorithm: Literal["simultaneous", "sequential"] = "simultaneous"
+
+
+@dataclass(frozen=True, slots=True)
+class PenalisedEnergy:
+    """omega^2 - base + kappa_e (h + theta_e) m^ / 2 = 0 with h = m^ / 2 - gamma.
+
+    Attributes:
+        gamma: Wanted gamma.
+        kappa: Penalty kappa_e.
+        theta: Multiplier theta_e.
+        base: Squared frequency that is kept (Algorithm 2), or None for r of the motion (1).
+    """
+
+    gamma: float
+    kappa: float
+    theta: float
+    base: float | None
+
+    def value(self, equations: HarmonicEquations, q: Array, omega: float) -> float:
+        """Left-hand side over omega^2."""
+        gamma = equations.gamma(q)
+        base = self._rayleigh(equations, q) if self.base is None else self.base
+        return (omega**2 - base + self.kappa * (gamma - self.gamma + self.theta) * gamma) / omega**2
+
+    def gradient(self, equations: HarmonicEquations, q: Array, omega: float) -> tuple[Array, float]:
+        """Derivatives by q and omega."""
+        gamma = equations.gamma(q)
+        slope = self.kappa * (2 * gamma - self.gamma + self.theta)
+        by_q = slope * equations.gamma_gradient(q)
+        if self.base is None:
+            stiffness = equations.series.mean_square[:, None] * equations.model.omega**2 * q
+            rayleigh = self._rayleigh(equations, q)
+            by_q = by_q - (stiffness - rayleigh * equations.gamma_gradient(q)) / gamma
+        constant = omega**2 * (1 - self.value(equations, q, omega))
+        return by_q / omega**2, 2 * constant / omega**3
+
+    @staticmethod
+    def _rayleigh(equations: HarmonicEquations, q: Array) -> float:
+        mean_square = equations.series.mean_square[:, None]
+        stiffness = np.sum(mean_square * (equations.model.omega * q) ** 2)
+        return float(stiffness / (2 * equations.gamma(q)))
+
+
+def contact_stiffness(model: ReducedModel) -> Array:
+    """Inverse static flexibility of each contact point, shape (n_c,)."""
+    return np.asarray(1 / np.sum((model.Phi / model.omega) ** 2, axis=1))
+
+
+def first_law(model: ReducedModel, loop: MultiplierLoop, force: Array) -> AugmentedLagrangian:
+    """Law of the first outer step: first penalties, multipliers that carry given forces."""
+    stiffness = loop.penalty * contact_stiffness(model)
+    return AugmentedLagrangian(model.gap, np.tile(stiffness, (len(force), 1)), force / stiffness)
+
+
+def solve_with_multipliers(
+    equations: HarmonicEquations,
+    gamma: float,
+    q: Array,
+    omega: float,
+    force: Array,
+    *,
+    loop: MultiplierLoop,
+    newton: Newton,
+) -> Solution:
+    """Find the motion of given gamma under Signorini's conditions at the samples.
+
+    Args:
+        equations: Harmonic equations of a model with R = 0; their law is replaced.
+        gamma: Wanted modal energy coordinate.
+        q: Guess, shape (N + 1, J).
+        omega: Guess.
+        force: Guess of the contact forces, shape (s, n_c).
+        loop: Configuration of the multipliers.
+        newton: Configuration of the inner iteration.
+
+    Returns:
+        A solution whose `failure` names the measure that did not fall, if one did not.
+    """
+    return _Loop(equations, gamma, loop, newton).run(q, omega, force)
+
+
+@dataclass(frozen=True, slots=True)
+class _Loop:
+    equations: HarmonicEquations
+    gamma: float
+    loop: MultiplierLoop
+    newton: Newton
+
+    def run(self, q: Array, omega: float, force: Array) -> Solution:
+        law = first_law(self.equations.model, self.loop, force)
+        constraint = self._first_constraint(omega)
+        solution = None
+        contact = energy = np.inf
+        steps = 0
+        for _ in range(self.loop.iterations):
+            equations = replace(self.equations, law=law)
+            solution = solve(equations, constraint, q, omega, options=self.newton)
+            steps += solution.iterations
+            if not solution.converged:
+                return replace(solution, iterations=steps)
+            q, omega = solution.q, solution.omega
+            law, new_contact = self._moved_law(law, q, contact)
+            constraint, new_energy = self._moved_constraint(constraint, q, energy)
+            contact, energy = min(contact, new_contact), min(energy, new_energy)
+            if max(new_contact, new_energy) <= self.loop.tolerance:
+                return replace(solution, iterations=steps)
+        assert solution is not None
+        measure = "contact" if new_contact > self.loop.tolerance else "energy"
+        stalled = max(new_contact, new_energy)
+        return replace(
+            solution,
+            iterations=steps,
+            failure=f"the multiplier loop stalled after {self.loop.iterations} steps: the "
+            f"{measure} measure stays at {stalled:.1e}, wanted {self.loop.tolerance:.1e}; "
+            "raise augmented_lagrangian.iterations or penalty",
+        )
+
+    def _first_constraint(self, omega: float) -> Constraint:
+        if self.loop.normalisation == "exact":
+            return FixedEnergy(self.gamma)
+        base = None if self.loop.algorithm == "simultaneous" else omega**2
+        penalty = _FIRST_ENERGY_PENALTY * omega**2 / self.gamma**2
+        return PenalisedEnergy(self.gamma, penalty, 0.0, base)
+
+    def _moved_law(
+        self, law: AugmentedLagrangian, q: Array, before: float
+    ) -> tuple[AugmentedLagrangian, float]:
+        """Law with moved multipliers and grown penalties, and the largest contact measure."""
+        displacement = self.equations.series.synthesis @ q @ self.equations.model.Phi.T
+        move = np.maximum(displacement - law.gap, -law.theta)
+        measure = np.abs(move) / law.gap.min()
+        grown = measure > before / self.loop.alpha
+        factor = np.where(grown, self.loop.beta, 1.0)
+        moved = replace(law, kappa=law.kappa * factor, theta=(law.theta + move) / factor)
+        return moved, float(measure.max())
+
+    def _moved_constraint(
+        self, constraint: Constraint, q: Array, before: float
+    ) -> tuple[Constraint, float]:
+        """Constraint with a moved multiplier and a grown penalty, and |h| / gamma."""
+        if not isinstance(constraint, PenalisedEnergy):
+            return constraint, 0.0
+        h = self.equations.gamma(q) - self.gamma
+        measure = abs(h) / self.gamma
+        factor = self.loop.beta if measure > before / self.loop.alpha else 1.0
+        moved = replace(
+            constraint, kappa=constraint.kappa * factor, theta=(constraint.theta + h) / factor
+        )
+        return moved, measure

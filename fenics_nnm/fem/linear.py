@@ -13,7 +13,7 @@ from fenics_nnm.fem.modes import LinearModes
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.craig_bampton import craig_bampton
 from fenics_nnm.reduction.massless import massless_model
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +54,7 @@ def massless_reduced(
         ModelError: if the body cannot be reduced with so many modes or points.
     """
     Phi = interface.displacement(modes.shapes)
-    largest = Phi[np.argmax(np.abs(Phi), axis=0), np.arange(Phi.shape[1])]
-    sign = np.where(largest < 0, -1.0, 1.0)
+    sign = towards_obstacle(Phi)
     shapes, Phi = modes.shapes * sign, Phi * sign
     S = interface.displacement(attachments)
     return LinearAnalysis(

@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
 
 #: A direction of the basis whose mass is below this part of the largest one is left out.
 _DEPENDENT = 1e-12
@@ -54,8 +54,7 @@ def craig_bampton(K: Array, M: Array, B: Array, gap: Array) -> CraigBampton:
     squared, vectors = eigh(scale[:, None] * K * scale, mass)
     shapes = scale[:, None] * vectors
     Phi = B @ shapes
-    largest = Phi[np.argmax(np.abs(Phi), axis=0), np.arange(Phi.shape[1])]
-    sign = np.where(largest < 0, -1.0, 1.0)
+    sign = towards_obstacle(Phi)
     model = ReducedModel(
         omega=np.sqrt(squared), Phi=Phi * sign, R=np.zeros((len(gap), len(gap))), gap=gap
     )

@@ -148,6 +148,16 @@ class ReducedModel:
         return model, scales
 
 
+def towards_obstacle(Phi: Array) -> Array:
+    """Signs that make the contact point that moves most move towards its obstacle, shape (J,).
+
+    Args:
+        Phi: Displacement of the contact points per modal coordinate, shape (n_c, J).
+    """
+    largest = Phi[np.argmax(np.abs(Phi), axis=0), np.arange(Phi.shape[1])]
+    return np.where(largest < 0, -1.0, 1.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Scales:
     """Units of a dimensionless model: rad/s, kg^1/2 m, m; force and energy follow."""

@@ -3,11 +3,12 @@
 
 RUN := environment/run
 
-.PHONY: help demo test lint image image-check clean distclean
+.PHONY: help demo test verify lint image image-check clean distclean
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
 	@echo 'make test         run the tests and the checks of the source'
+	@echo 'make verify       run the slow studies of docs/verification.md'
 	@echo 'make lint         run only the checks of the source'
 	@echo 'make image        build the container image fenics-nnm'
 	@echo 'make image-check  build the image and run a small study in it'
@@ -21,6 +22,9 @@ demo:
 test:
 	$(RUN) python3 -m pytest -q tests
 	$(MAKE) lint
+
+verify:
+	$(RUN) python3 demos/rotor37/mesh_study.py
 
 lint:
 	$(RUN) ruff check

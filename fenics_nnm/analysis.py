@@ -19,6 +19,7 @@ from fenics_nnm.fem.modes import LinearModes, ModalSolver
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
+from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.stages import Stages
@@ -91,9 +92,16 @@ def nonlinear_mode(
             harmonics=study.mode.harmonics,
             samples=study.mode.samples,
             multipliers=_multipliers(study),
+            general=study.mode.series == "general",
             on_point=on_point,
             on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
         )
+
+
+def series_of(study: Study) -> Series:
+    """Series in time that the motions of a study are written in."""
+    kind = FourierSeries if study.mode.series == "general" else CosineSeries
+    return kind(study.mode.harmonics, study.mode.samples)
 
 
 def _reduced(

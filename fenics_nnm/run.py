@@ -17,7 +17,7 @@ import slepc4py
 from mpi4py import MPI
 
 import fenics_nnm
-from fenics_nnm.analysis import linear_analysis, nonlinear_mode
+from fenics_nnm.analysis import linear_analysis, nonlinear_mode, series_of
 from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -153,7 +153,7 @@ class _Recorder:
                         path,
                         analysis,
                         point,
-                        samples=self.study.mode.samples,
+                        series=series_of(self.study),
                         frames=self.study.output.frames,
                     )
             self.stages.report((index + 1) / len(wanted))
@@ -172,6 +172,7 @@ class _Recorder:
             mode=mode.number,
             harmonics=mode.harmonics,
             samples=mode.samples,
+            series=mode.series,
             model=analysis.model,
         )
         interface = analysis.interface

@@ -185,6 +185,9 @@ class ModeSection(_Record):
     number: Count = Field(1, description="number of the linear mode, from 1")
     harmonics: Count = Field(10, description="number of harmonics, N")
     samples: Count = Field(128, description="time samples of a period, at least 2 N + 1")
+    series: Literal["time-reversible", "general"] = Field(
+        "time-reversible", description='"time-reversible": cosines; "general": sines too'
+    )
 
     @model_validator(mode="after")
     def _samples_resolve_harmonics(self) -> ModeSection:

@@ -19,6 +19,7 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.nonlinear.contact_law import Complementarity
+from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 
 #: Modes written to linear_modes.pvd.
@@ -49,7 +50,7 @@ def write_motion(
     analysis: LinearAnalysis,
     point: BranchPoint,
     *,
-    samples: int,
+    series: Series,
     frames: int,
     on_frame: Callable[[float], None] = lambda done: None,
 ) -> None:
@@ -59,7 +60,7 @@ def write_motion(
         path: .pvd file to write.
         analysis: Linear analysis that the motion belongs to.
         point: Point of a branch of its model.
-        samples: Time samples of a period that the forces of the point are given at.
+        series: Series in time that the point is written in.
         frames: Number of frames, the last of them one step before the period ends.
         on_frame: Called with the part done.
     """
@@ -67,12 +68,12 @@ def write_motion(
     displacement = _function(solid, "displacement (m)")
     pressure = _Pressure(solid, analysis.interface)
     phase = 2 * np.pi * np.arange(frames) / frames
-    coordinates = np.cos(np.outer(phase, np.arange(len(point.q)))) @ point.q
+    coordinates = series.basis_at(phase) @ point.q
     if analysis.model.massless:
         law = Complementarity(analysis.model.R, analysis.model.gap)
         forces = law(coordinates @ analysis.model.Phi.T).force
     else:
-        forces = _interpolated(point.force, samples, phase)
+        forces = series.interpolated(point.force, phase)
     with _vtk_file(solid, path) as file:
         for frame in range(frames):
             _fill(
@@ -82,13 +83,6 @@ def write_motion(
             pressure.fill(forces[frame])
             file.write_function([displacement, pressure.function], frame / frames)
             on_frame((frame + 1) / frames)
-
-
-def _interpolated(force: Array, samples: int, phase: Array) -> Array:
-    """Forces at phases, linear between the samples of the first half period they are given at."""
-    given = 2 * np.pi * np.arange(len(force)) / samples
-    first_half = np.minimum(phase, 2 * np.pi - phase)
-    return np.array([np.interp(first_half, given, column) for column in force.T]).T
 
 
 def gathered_basis(analysis: LinearAnalysis) -> dict[str, Array]:

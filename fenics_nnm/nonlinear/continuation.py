@@ -87,6 +87,7 @@ def follow(
     harmonics: int,
     samples: int,
     multipliers: MultiplierLoop | None = None,
+    general: bool = False,
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     on_progress: Callable[[float], None] = lambda ratio: None,
 ) -> Branch:
@@ -103,6 +104,7 @@ def follow(
         harmonics: Number of harmonics N.
         samples: Number of time samples m a period.
         multipliers: Augmented Lagrangian, for models with R = 0; with its defaults if None.
+        general: General Fourier series with a phase condition; else time-reversible motion.
         on_point: Called with each converged point before the next one is begun; a later point at
             the same energy replaces the earlier one. The check of periodicity comes at the end.
         on_progress: Called with each energy ratio that has been dealt with.
@@ -114,7 +116,7 @@ def follow(
         raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
     scaled, scales = model.dimensionless(mode)
     lift = Lift(
-        levels(scaled, mode=mode, harmonics=harmonics, samples=samples, multipliers=multipliers),
+        levels(scaled, mode=mode, harmonics=harmonics, samples=samples, multipliers=multipliers, general=general),
         mode,
         continuation.newton,
     )
@@ -125,7 +127,8 @@ def follow(
         march.reach(target)
         on_progress(target)
     march.second_look()
-    points = checked(model, [march.points[ratio] for ratio in sorted(march.points)])
+    series = lift.levels[-1].equations.series
+    points = checked(model, series, [march.points[ratio] for ratio in sorted(march.points)])
     failures = tuple(sorted(march.failures.items()))
     return Branch(points, failures, _reason(continuation, points, failures))
 

@@ -42,11 +42,7 @@ class CosineSeries:
     analysis: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.harmonics < 1 or self.samples < 2 * self.harmonics + 1:
-            raise ModelError(
-                f"samples = {self.samples} with harmonics = {self.harmonics}: "
-                f"must be at least 2 harmonics + 1 = {2 * self.harmonics + 1}"
-            )
+        _check_samples(self.harmonics, self.samples)
         order = np.arange(self.harmonics + 1.0)
         half = np.arange(self.samples // 2 + 1)
         occurs_once = (half == 0) | (2 * half == self.samples)
@@ -65,6 +61,11 @@ class CosineSeries:
             value.setflags(write=False)
             object.__setattr__(self, name, value)
 
+    @property
+    def free_phase(self) -> bool:
+        """Whether a shift in time gives another motion of the series."""
+        return False
+
     def basis_at(self, phase: Array) -> Array:
         """Basis functions at given phases omega t, shape (len(phase), N + 1)."""
         return np.cos(np.outer(phase, np.arange(self.harmonics + 1)))
@@ -74,9 +75,119 @@ class CosineSeries:
         order = np.arange(self.harmonics + 1)
         return -order * np.sin(np.outer(phase, order))
 
+    def rotation(self) -> Array:
+        """Coefficients of the derivative by the phase: it has none, being sines."""
+        raise TypeError("a cosine series has no derivative of its own kind")
+
+    def interpolated(self, values: Array, phase: Array) -> Array:
+        """Values at phases of a period, linear between those at the samples, (len(phase), n)."""
+        first_half = np.minimum(np.mod(phase, 2 * np.pi), 2 * np.pi - np.mod(phase, 2 * np.pi))
+        return np.array([np.interp(first_half, self.phase, column) for column in values.T]).T
+
     def fitted(self, coefficients: Array) -> Array:
         """Coefficients of another truncation, cut or filled with zeros to N + 1 rows."""
-        fitted = np.zeros((self.harmonics + 1, coefficients.shape[1]))
-        rows = min(len(fitted), len(coefficients))
-        fitted[:rows] = coefficients[:rows]
-        return fitted
+        return _cut_or_filled(coefficients, self.harmonics + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class FourierSeries:
+    """General periodic motion: a_0 + sum a_n cos(n omega t) + b_n sin(n omega t), n = 1..N.
+
+    Rows of coefficients are a_0, a_1 .. a_N, b_1 .. b_N. A shift in time gives the same motion, so
+    a phase condition belongs to it.
+
+    Attributes:
+        harmonics: Number of harmonics N.
+        samples: Number of uniform time samples m of one period, m > 2N.
+        order: Harmonic number n of each coefficient, shape (2 N + 1,).
+        phase: omega t of the samples, shape (m,).
+        weight: Share of the period for each sample, shape (m,).
+        mean_square: Mean over the period of each basis function squared, shape (2 N + 1,).
+        synthesis: Coefficients to samples, shape (m, 2 N + 1).
+        analysis: Samples to coefficients, shape (2 N + 1, m).
+
+    Raises:
+        ModelError: if m < 2N + 1, which would alias the highest harmonic.
+    """
+
+    harmonics: int
+    samples: int
+    order: Array = field(init=False, repr=False)
+    phase: Array = field(init=False, repr=False)
+    weight: Array = field(init=False, repr=False)
+    mean_square: Array = field(init=False, repr=False)
+    synthesis: Array = field(init=False, repr=False)
+    analysis: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        _check_samples(self.harmonics, self.samples)
+        numbers = np.arange(1.0, self.harmonics + 1)
+        order = np.concatenate([[0.0], numbers, numbers])
+        mean_square = np.where(order == 0, 1.0, 0.5)
+        phase = 2 * np.pi * np.arange(self.samples) / self.samples
+        synthesis = self.basis_at(phase)
+        values = {
+            "order": order,
+            "phase": phase,
+            "weight": np.full(self.samples, 1 / self.samples),
+            "mean_square": mean_square,
+            "synthesis": synthesis,
+            "analysis": synthesis.T / self.samples / mean_square[:, None],
+        }
+        for name, value in values.items():
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    @property
+    def free_phase(self) -> bool:
+        """Whether a shift in time gives another motion of the series."""
+        return True
+
+    def basis_at(self, phase: Array) -> Array:
+        """Basis functions at given phases omega t, shape (len(phase), 2 N + 1)."""
+        angle = np.outer(phase, np.arange(self.harmonics + 1))
+        return np.hstack([np.cos(angle), np.sin(angle[:, 1:])])
+
+    def rate_at(self, phase: Array) -> Array:
+        """Derivatives of the basis functions by the phase, shape (len(phase), 2 N + 1)."""
+        return self.basis_at(phase) @ self.rotation()
+
+    def rotation(self) -> Array:
+        """Derivative by the phase as a matrix on the coefficients, shape (2 N + 1, 2 N + 1)."""
+        rows, N = 2 * self.harmonics + 1, self.harmonics
+        rotation = np.zeros((rows, rows))
+        for n in range(1, N + 1):
+            rotation[n, N + n] = n
+            rotation[N + n, n] = -n
+        return rotation
+
+    def interpolated(self, values: Array, phase: Array) -> Array:
+        """Values at phases of a period, linear between those at the samples, (len(phase), n)."""
+        columns = (np.interp(phase, self.phase, c, period=2 * np.pi) for c in values.T)
+        return np.array(list(columns)).T
+
+    def fitted(self, coefficients: Array) -> Array:
+        """Coefficients of another truncation, cut or filled with zeros to 2 N + 1 rows."""
+        given = len(coefficients) // 2
+        cosines = _cut_or_filled(coefficients[: given + 1], self.harmonics + 1)
+        sines = _cut_or_filled(coefficients[given + 1 :], self.harmonics)
+        return np.vstack([cosines, sines])
+
+
+Series = CosineSeries | FourierSeries
+"""How a motion is written in time."""
+
+
+def _check_samples(harmonics: int, samples: int) -> None:
+    if harmonics < 1 or samples < 2 * harmonics + 1:
+        raise ModelError(
+            f"samples = {samples} with harmonics = {harmonics}: "
+            f"must be at least 2 harmonics + 1 = {2 * harmonics + 1}"
+        )
+
+
+def _cut_or_filled(coefficients: Array, rows: int) -> Array:
+    fitted = np.zeros((rows, coefficients.shape[1]))
+    kept = min(rows, len(coefficients))
+    fitted[:kept] = coefficients[:kept]
+    return fitted

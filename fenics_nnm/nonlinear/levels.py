@@ -18,7 +18,7 @@ from fenics_nnm.nonlinear.augmented_lagrangian import (
     solve_with_multipliers,
 )
 from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.nonlinear.fourier import CosineSeries
+from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, solve
 from fenics_nnm.reduction.model import ReducedModel
@@ -85,6 +85,7 @@ def levels(
     harmonics: int,
     samples: int,
     multipliers: MultiplierLoop | None = None,
+    general: bool = False,
 ) -> tuple[Level, ...]:
     """Levels from the followed mode alone to all modes and harmonics of the study.
 
@@ -95,6 +96,7 @@ def levels(
         samples: Time samples m a period, the same at every level.
         multipliers: How contact is found at the finest level of a model with R = 0. The levels
             below have R > 0 from the modes that they leave out, and use complementarity.
+        general: Sines too, instead of the cosines of a time-reversible motion.
     """
     sizes = [size for size in LADDER if size[0] < model.modes or size[1] < harmonics]
     clipped = [(min(J, model.modes), min(N, harmonics)) for J, N in sizes]
@@ -102,7 +104,7 @@ def levels(
     parts = [(_part(model, mode, J), N) for J, N in distinct]
     loop = multipliers or MultiplierLoop()
     return tuple(
-        _level(model, chosen, N, samples, loop)
+        _level(model, chosen, (FourierSeries if general else CosineSeries)(N, samples), loop)
         for chosen, N in parts
         if len(chosen) == model.modes or model.with_modes(chosen).massless
     )
@@ -113,10 +115,8 @@ def _part(model: ReducedModel, mode: int, count: int) -> Indices:
     return np.array(sorted([mode, *others[: count - 1]]))
 
 
-def _level(
-    model: ReducedModel, chosen: Indices, harmonics: int, samples: int, loop: MultiplierLoop
-) -> Level:
-    part, series = model.with_modes(chosen), CosineSeries(harmonics, samples)
+def _level(model: ReducedModel, chosen: Indices, series: Series, loop: MultiplierLoop) -> Level:
+    part = model.with_modes(chosen)
     if part.massless:
         law = Complementarity(part.R, part.gap)
         return Level(HarmonicEquations(part, series, law), chosen, model.modes, None)

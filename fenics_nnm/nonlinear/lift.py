@@ -188,7 +188,8 @@ class Lift:
         order = level.equations.series.order
         mean_square = level.equations.series.mean_square
         kinetic = (mean_square * order**2)[:, None] * solution.q**2
-        return float(kinetic[1, np.searchsorted(level.modes, self.mode)] / kinetic.sum())
+        column = np.searchsorted(level.modes, self.mode)
+        return float(kinetic[order == 1, column].sum() / kinetic.sum())
 
 
 def _scaled(solution: Solution, factor: float) -> Guess:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import ContactForces, ContactLaw
-from fenics_nnm.nonlinear.fourier import CosineSeries
+from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.reduction.model import ReducedModel
 
 
@@ -56,11 +56,14 @@ class HarmonicEquations:
 
         (omega_j^2 - n^2 omega^2) q_nj + (Phi^T lambda_n)_j = 0,      n = 0..N.
 
-    Coefficients `q` have the shape (N + 1, J) throughout.
+    Coefficients `q` have the shape (N + 1, J) throughout; (2 N + 1, J) for a general series. There
+    a term `drift` q' is added: a motion can be shifted in time, so one equation too many is left
+    when its phase is fixed, and the drift is the unknown that goes with it. Contact does no work
+    over a period, so it comes out as zero.
     """
 
     model: ReducedModel
-    series: CosineSeries
+    series: Series
     law: ContactLaw
 
     @property
@@ -76,15 +79,22 @@ class HarmonicEquations:
         """omega_j^2 - n^2 omega^2, shape (N + 1, J)."""
         return self.model.omega**2 - (self.series.order[:, None] * omega) ** 2
 
-    def residual(self, q: Array, omega: float, forces: ContactForces) -> Array:
+    def residual(
+        self, q: Array, omega: float, forces: ContactForces, drift: float = 0.0
+    ) -> Array:
         """Left-hand sides of the harmonic equations, shape (N + 1, J)."""
-        return self.dynamic_stiffness(omega) * q + self.force_harmonics(forces) @ self.model.Phi
+        balance = self.dynamic_stiffness(omega) * q + self.force_harmonics(forces) @ self.model.Phi
+        return balance + drift * self.drift_column(q) if drift else balance
+
+    def drift_column(self, q: Array) -> Array:
+        """Derivative of the residual by the drift: q' by the phase, shape (2 N + 1, J)."""
+        return self.series.rotation() @ q
 
     def force_harmonics(self, forces: ContactForces) -> Array:
         """Harmonics lambda_n of the contact forces, shape (N + 1, n_c)."""
         return self.series.analysis @ forces.force
 
-    def jacobian(self, omega: float, forces: ContactForces) -> Array:
+    def jacobian(self, omega: float, forces: ContactForces, drift: float = 0.0) -> Array:
         """Derivative of the residual by q, shape ((N + 1) J, (N + 1) J), rows and columns (n, j).
 
         The contact part is sum_k A_nk C_kn' (Phi^T D_k Phi) over the samples k in contact.
@@ -98,6 +108,8 @@ class HarmonicEquations:
         matrix = blocks.reshape(rows, rows, modes, modes).swapaxes(1, 2).reshape(rows * modes, -1)
         diagonal = np.arange(rows * modes)
         matrix[diagonal, diagonal] += self.dynamic_stiffness(omega).ravel()
+        if drift:
+            matrix += drift * np.kron(self.series.rotation(), np.eye(modes))
         return matrix
 
     def frequency_column(self, q: Array, omega: float) -> Array:

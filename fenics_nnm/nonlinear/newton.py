@@ -88,9 +88,24 @@ class Solution:
 
 
 @dataclass(frozen=True, slots=True)
-class _Trial:
+class _Unknowns:
+    """Motion, frequency, and the drift that goes with a fixed phase (0 where none is fixed)."""
+
     q: Array
     omega: float
+    drift: float = 0.0
+
+    def moved(self, step: _Unknowns, fraction: float) -> _Unknowns:
+        return _Unknowns(
+            self.q + fraction * step.q,
+            self.omega + fraction * step.omega,
+            self.drift + fraction * step.drift,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Trial:
+    at: _Unknowns
     forces: ContactForces
     residual: Array
     constraint: float
@@ -109,100 +124,111 @@ def solve(
     *,
     options: Newton | None = None,
 ) -> Solution:
-    """Solve harmonic equations and constraint from a guess; never raises for non-convergence."""
-    options = options or Newton()
-    trial = _evaluate(equations, constraint, q, omega)
-    failure = ""
-    leaps = 0
-    for iteration in range(options.iterations + 1):
-        if trial.merit <= options.tolerance:
-            break
-        if iteration == options.iterations:
-            failure = f"no convergence in {iteration} Newton steps (residual {trial.relative:.1e})"
-            break
-        step = _bounded_step(equations, constraint, trial, options)
-        if step is None:
-            failure = "the Jacobian is singular: a bifurcation or a fold in gamma"
-            break
-        better = _line_search(equations, constraint, trial, step, options)
-        if better is None and trial.merit <= options.round_off:
-            break
-        if better is None and leaps < options.leaps:
-            leaps += 1
-            better = _evaluate(equations, constraint, trial.q + step[0], trial.omega + step[1])
-        if better is None:
-            failure = f"the line search stalled (residual {trial.relative:.1e})"
-            break
-        trial = better
-    return Solution(
-        q=trial.q,
-        omega=trial.omega,
-        forces=trial.forces,
-        residual=trial.relative,
-        iterations=iteration,
-        failure=failure,
-    )
+    """Solve harmonic equations and constraint from a guess; never raises for non-convergence.
+
+    The phase of a general series is fixed: the coordinate that is largest in the first cosine
+    of the guess keeps its first sine.
+    """
+    iteration = _Iteration(equations, constraint, options or Newton(), int(np.argmax(np.abs(q[1]))))
+    return iteration.run(_Unknowns(q, omega))
 
 
-def _evaluate(
-    equations: HarmonicEquations, constraint: Constraint, q: Array, omega: float
-) -> _Trial:
-    forces = equations.forces(q)
-    residual = equations.residual(q, omega, forces)
-    return _Trial(
-        q=q,
-        omega=omega,
-        forces=forces,
-        residual=residual,
-        constraint=constraint.value(equations, q, omega),
-        relative=equations.relative_residual(q, omega, residual),
-    )
+@dataclass(frozen=True, slots=True)
+class _Iteration:
+    equations: HarmonicEquations
+    constraint: Constraint
+    options: Newton
+    pinned: int
 
-
-def _bounded_step(
-    equations: HarmonicEquations, constraint: Constraint, trial: _Trial, options: Newton
-) -> tuple[Array, float] | None:
-    """Newton's step, shortened to the largest step allowed; None where it cannot be solved."""
-    scale = equations.row_scale(trial.omega).ravel()
-    size = trial.q.size
-    matrix = np.empty((size + 1, size + 1))
-    matrix[:size, :size] = equations.jacobian(trial.omega, trial.forces) / scale[:, None]
-    matrix[:size, size] = equations.frequency_column(trial.q, trial.omega).ravel() / scale
-    by_q, by_omega = constraint.gradient(equations, trial.q, trial.omega)
-    matrix[size, :size] = by_q.ravel()
-    matrix[size, size] = by_omega
-    right = np.append(trial.residual.ravel() / scale, trial.constraint)
-    try:
-        step = -np.linalg.solve(matrix, right)
-    except np.linalg.LinAlgError:
-        return None
-    if not np.all(np.isfinite(step)):
-        return None
-    motion, frequency = step[:size].reshape(trial.q.shape), float(step[size])
-    longest = options.largest_motion_step * float(np.linalg.norm(trial.q))
-    widest = options.largest_frequency_step * trial.omega
-    shrink = min(
-        1.0,
-        widest / max(abs(frequency), 1e-300),
-        longest / max(float(np.linalg.norm(motion)), 1e-300),
-    )
-    return shrink * motion, shrink * frequency
-
-
-def _line_search(
-    equations: HarmonicEquations,
-    constraint: Constraint,
-    trial: _Trial,
-    step: tuple[Array, float],
-    options: Newton,
-) -> _Trial | None:
-    """The longest of the fractions 1, 1/2, 1/4 ... that lowers the merit; None where none does."""
-    fraction = 1.0
-    while fraction >= options.shortest_fraction:
-        candidate = _evaluate(
-            equations, constraint, trial.q + fraction * step[0], trial.omega + fraction * step[1]
+    def run(self, start: _Unknowns) -> Solution:
+        trial, failure, leaps = self.evaluated(start), "", 0
+        for iteration in range(self.options.iterations + 1):
+            if trial.merit <= self.options.tolerance:
+                break
+            if iteration == self.options.iterations:
+                failure = f"no convergence in {iteration} Newton steps"
+                break
+            step = self.bounded_step(trial)
+            if step is None:
+                failure = "the Jacobian is singular: a bifurcation or a fold in gamma"
+                break
+            better = self.line_search(trial, step)
+            if better is None and trial.merit <= self.options.round_off:
+                break
+            if better is None and leaps < self.options.leaps:
+                leaps += 1
+                better = self.evaluated(trial.at.moved(step, 1.0))
+            if better is None:
+                failure = "the line search stalled"
+                break
+            trial = better
+        return Solution(
+            q=trial.at.q,
+            omega=trial.at.omega,
+            forces=trial.forces,
+            residual=trial.relative,
+            iterations=iteration,
+            failure=f"{failure} (residual {trial.relative:.1e})" if failure else "",
         )
-        if candidate.merit < (1 - 1e-4 * fraction) * trial.merit:
-            return candidate
-        fraction /= 2
-    return None
+
+    def evaluated(self, at: _Unknowns) -> _Trial:
+        forces = self.equations.forces(at.q)
+        residual = self.equations.residual(at.q, at.omega, forces, at.drift)
+        return _Trial(
+            at=at,
+            forces=forces,
+            residual=residual,
+            constraint=self.constraint.value(self.equations, at.q, at.omega),
+            relative=self.equations.relative_residual(at.q, at.omega, residual),
+        )
+
+    def bounded_step(self, trial: _Trial) -> _Unknowns | None:
+        """Newton's step, shortened to the largest step allowed; None where it has no solution."""
+        try:
+            step = -np.linalg.solve(*self.linear_system(trial))
+        except np.linalg.LinAlgError:
+            return None
+        if not np.all(np.isfinite(step)):
+            return None
+        size = trial.at.q.size
+        motion, frequency = step[:size].reshape(trial.at.q.shape), float(step[size])
+        longest = self.options.largest_motion_step * float(np.linalg.norm(trial.at.q))
+        widest = self.options.largest_frequency_step * trial.at.omega
+        shrink = min(
+            1.0,
+            widest / max(abs(frequency), 1e-300),
+            longest / max(float(np.linalg.norm(motion)), 1e-300),
+        )
+        drift = float(step[size + 1]) if len(step) > size + 1 else 0.0
+        return _Unknowns(shrink * motion, shrink * frequency, shrink * drift)
+
+    def linear_system(self, trial: _Trial) -> tuple[Array, Array]:
+        """Matrix and right-hand side: equations, constraint and, in a general series, the phase."""
+        equations, at = self.equations, trial.at
+        scale = equations.row_scale(at.omega).ravel()
+        size = at.q.size
+        free_phase = equations.series.free_phase
+        matrix = np.zeros((size + 1 + free_phase, size + 1 + free_phase))
+        jacobian = equations.jacobian(at.omega, trial.forces, at.drift)
+        matrix[:size, :size] = jacobian / scale[:, None]
+        matrix[:size, size] = equations.frequency_column(at.q, at.omega).ravel() / scale
+        by_q, by_omega = self.constraint.gradient(equations, at.q, at.omega)
+        matrix[size, :size] = by_q.ravel()
+        matrix[size, size] = by_omega
+        right = np.append(trial.residual.ravel() / scale, trial.constraint)
+        if free_phase:
+            first_sine = (equations.series.harmonics + 1) * at.q.shape[1] + self.pinned
+            matrix[:size, size + 1] = equations.drift_column(at.q).ravel() / scale
+            matrix[size + 1, first_sine] = 1.0
+            right = np.append(right, 0.0)
+        return matrix, right
+
+    def line_search(self, trial: _Trial, step: _Unknowns) -> _Trial | None:
+        """The longest of the fractions 1, 1/2, 1/4 ... that lowers the merit, or None."""
+        fraction = 1.0
+        while fraction >= self.options.shortest_fraction:
+            candidate = self.evaluated(trial.at.moved(step, fraction))
+            if candidate.merit < (1 - 1e-4 * fraction) * trial.merit:
+                return candidate
+            fraction /= 2
+        return None

@@ -14,6 +14,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import Complementarity
+from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.model import ReducedModel
 
@@ -27,7 +28,9 @@ _STEP = 0.1
 _MOST_STEPS = 20_000
 
 
-def return_errors(model: ReducedModel, points: Sequence[BranchPoint]) -> Array:
+def return_errors(
+    model: ReducedModel, series: Series, points: Sequence[BranchPoint]
+) -> Array:
     """Distance of the state after one period from its start, relative in the energy norm.
 
     Strang splitting: half a kick by the contact forces, the exact linear flow, half a kick; all
@@ -35,7 +38,8 @@ def return_errors(model: ReducedModel, points: Sequence[BranchPoint]) -> Array:
 
     Args:
         model: Reduced model in SI units.
-        points: Points of a branch of this model, time-reversible, at rest at time 0.
+        series: Series that the points are written in.
+        points: Points of a branch of this model.
 
     Returns:
         One error a point, shape (len(points),); 0 is a perfect return, 1 as far away as the
@@ -47,14 +51,18 @@ def return_errors(model: ReducedModel, points: Sequence[BranchPoint]) -> Array:
     steps = int(np.ceil(period.max() * _stiffest_contact(model) / _STEP))
     if steps > _MOST_STEPS / _STEP:
         return np.full(len(points), np.nan)
-    start = np.array([point.q.sum(axis=0) for point in points])
-    q, velocity = _integrated(model, start, period, min(steps, _MOST_STEPS))
-    gap = np.hypot(model.omega * (q - start), velocity)
+    position, rate = series.basis_at(np.zeros(1))[0], series.rate_at(np.zeros(1))[0]
+    start = np.array([position @ point.q for point in points])
+    speed = np.array([2 * np.pi * point.frequency * rate @ point.q for point in points])
+    q, velocity = _integrated(model, start, speed, period, min(steps, _MOST_STEPS))
+    gap = np.hypot(model.omega * (q - start), velocity - speed)
     whole = np.sqrt([2 * point.energy for point in points])
     return np.asarray(np.linalg.norm(gap, axis=1) / whole)
 
 
-def checked(model: ReducedModel, points: Sequence[BranchPoint]) -> tuple[BranchPoint, ...]:
+def checked(
+    model: ReducedModel, series: Series, points: Sequence[BranchPoint]
+) -> tuple[BranchPoint, ...]:
     """The points with their return errors; "unresolved" where it is above 1/3, or unknown.
 
     Points of a model whose contact points carry mass are left as they are: their motion after
@@ -68,7 +76,7 @@ def checked(model: ReducedModel, points: Sequence[BranchPoint]) -> tuple[BranchP
             return_error=float(error),
             status=point.status if error <= _UNRESOLVED else "unresolved",
         )
-        for point, error in zip(points, return_errors(model, points), strict=True)
+        for point, error in zip(points, return_errors(model, series, points), strict=True)
     )
 
 
@@ -79,12 +87,13 @@ def _stiffest_contact(model: ReducedModel) -> float:
     return max(float(np.sqrt(highest)), float(model.omega[-1]))
 
 
-def _integrated(model: ReducedModel, q: Array, period: Array, steps: int) -> tuple[Array, Array]:
-    """Coordinates and velocities after one period from rest, each of shape (P, J)."""
+def _integrated(
+    model: ReducedModel, q: Array, velocity: Array, period: Array, steps: int
+) -> tuple[Array, Array]:
+    """Coordinates and velocities after one period, each of shape (P, J)."""
     law = Complementarity(model.R, model.gap)
     step = period[:, None] / steps
     cosine, sine = np.cos(model.omega * step), np.sin(model.omega * step)
-    velocity = np.zeros_like(q)
     kick = step / 2 * _contact_acceleration(model, law, q)
     for _ in range(steps):
         velocity = velocity + kick

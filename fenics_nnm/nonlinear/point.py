@@ -37,8 +37,10 @@ class BranchPoint:
             integrated in time, does not come back to its start (`nonlinear.periodicity`).
         return_error: Distance of the state after one period of time integration from its start,
             relative in the energy norm; nan before it is known.
-        q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J).
-        force: Contact forces in N at the samples of the first half period, shape (m // 2 + 1, n_c).
+        q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J), or (2 N + 1, J) for a
+            general series: cosines, then sines.
+        force: Contact forces in N at the samples of the series: of the first half period, shape
+            (m // 2 + 1, n_c), or of all of it, shape (m, n_c), for a general series.
     """
 
     gamma_ratio: float
@@ -95,11 +97,9 @@ class PointMaker:
 
     def _penetration(self, solution: Solution) -> float:
         model, series = self.equations.model, self.equations.series
-        phase = np.linspace(0, np.pi, _FINER * series.samples // 2 + 1)
-        force = np.array(
-            [np.interp(phase, series.phase, column) for column in solution.forces.force.T]
-        )
-        displacement = series.basis_at(phase) @ solution.q @ model.Phi.T - force.T @ model.R
+        phase = 2 * np.pi * np.arange(_FINER * series.samples) / (_FINER * series.samples)
+        force = series.interpolated(solution.forces.force, phase)
+        displacement = series.basis_at(phase) @ solution.q @ model.Phi.T - force @ model.R
         return max(0.0, float((displacement - model.gap).max()))
 
     def _complementarity(self, solution: Solution) -> float:

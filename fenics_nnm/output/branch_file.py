@@ -5,7 +5,7 @@ Layout (SI units):
     /                    attributes: format, study (TOML), versions (JSON), reason
     /model               omega, Phi, R, gap of the reduced model
     /contact             points, directions, areas
-    /series              attributes: mode (from 1), harmonics, samples
+    /series              attributes: mode (from 1), harmonics, samples, series
     /mesh                points, cells (VTK order), cell_type (VTK)
     /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim)
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c); attributes: scalars of the point
@@ -50,6 +50,7 @@ class BranchHeader:
         mode: Number of the linear mode, from 1.
         harmonics: Number of harmonics N.
         samples: Time samples of a period m.
+        series: "time-reversible" or "general".
         model: Reduced model in SI units.
     """
 
@@ -58,6 +59,7 @@ class BranchHeader:
     mode: int
     harmonics: int
     samples: int
+    series: str
     model: ReducedModel
 
 
@@ -132,7 +134,7 @@ def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
         series = file.create_group("series")
-        for name in ("mode", "harmonics", "samples"):
+        for name in ("mode", "harmonics", "samples", "series"):
             series.attrs[name] = getattr(header, name)
         for name, values in arrays.items():
             file[name] = values
@@ -159,6 +161,7 @@ def _header(file: h5py.File) -> BranchHeader:
         mode=int(series["mode"]),
         harmonics=int(series["harmonics"]),
         samples=int(series["samples"]),
+        series=str(series["series"]),
         model=ReducedModel(
             **{name: np.array(file[f"model/{name}"]) for name in ("omega", "Phi", "R", "gap")}
         ),

@@ -176,7 +176,9 @@ def test_paraview_file_cut_short_is_noticed(size: int, tmp_path: Path, plate_ana
         fields.write_linear_modes(tmp_path / "modes.pvd", plate_analysis)
     fields.write_linear_modes(tmp_path / "again.pvd", plate_analysis)
     with largest_file(size), pytest.raises((OutputError, OSError)):
-        fields.write_motion(tmp_path / "q.pvd", plate_analysis, at_rest, series=CosineSeries(1, 8), frames=2)
+        fields.write_motion(
+            tmp_path / "q.pvd", plate_analysis, at_rest, series=CosineSeries(1, 8), frames=2
+        )
 
 
 @pytest.mark.parametrize("points", [0, 1, 3])

@@ -66,7 +66,9 @@ def test_rotation_is_the_derivative() -> None:
     q = np.random.default_rng(1).normal(size=(9, 2))
     phase = np.array([0.2, 1.7, 4.0])
     difference = (series.basis_at(phase + step) - series.basis_at(phase - step)) @ q / (2 * step)
-    np.testing.assert_allclose(series.basis_at(phase) @ series.rotation() @ q, difference, atol=1e-8)
+    np.testing.assert_allclose(
+        series.basis_at(phase) @ series.rotation() @ q, difference, atol=1e-8
+    )
     np.testing.assert_allclose(series.rate_at(phase) @ q, difference, atol=1e-8)
 
 

@@ -116,7 +116,14 @@ def follow(
         raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
     scaled, scales = model.dimensionless(mode)
     lift = Lift(
-        levels(scaled, mode=mode, harmonics=harmonics, samples=samples, multipliers=multipliers, general=general),
+        levels(
+            scaled,
+            mode=mode,
+            harmonics=harmonics,
+            samples=samples,
+            multipliers=multipliers,
+            general=general,
+        ),
         mode,
         continuation.newton,
     )

@@ -79,9 +79,7 @@ class HarmonicEquations:
         """omega_j^2 - n^2 omega^2, shape (N + 1, J)."""
         return self.model.omega**2 - (self.series.order[:, None] * omega) ** 2
 
-    def residual(
-        self, q: Array, omega: float, forces: ContactForces, drift: float = 0.0
-    ) -> Array:
+    def residual(self, q: Array, omega: float, forces: ContactForces, drift: float = 0.0) -> Array:
         """Left-hand sides of the harmonic equations, shape (N + 1, J)."""
         balance = self.dynamic_stiffness(omega) * q + self.force_harmonics(forces) @ self.model.Phi
         return balance + drift * self.drift_column(q) if drift else balance

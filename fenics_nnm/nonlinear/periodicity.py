@@ -28,9 +28,7 @@ _STEP = 0.1
 _MOST_STEPS = 20_000
 
 
-def return_errors(
-    model: ReducedModel, series: Series, points: Sequence[BranchPoint]
-) -> Array:
+def return_errors(model: ReducedModel, series: Series, points: Sequence[BranchPoint]) -> Array:
     """Distance of the state after one period from its start, relative in the energy norm.
 
     Strang splitting: half a kick by the contact forces, the exact linear flow, half a kick; all

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import platform
 import shutil
+from collections import Counter
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -25,6 +26,7 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.nonlinear.verdict import RESONANT, STATUSES, UNCHECKED, UNRESOLVED
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.plots import plot_backbone
 from fenics_nnm.output.tables import write_backbone, write_summary
@@ -107,7 +109,7 @@ def run_study(
             raise _unwritable(error, folder) from error
         raise
     if comm.rank == 0:
-        _warn_of_unresolved(branch)
+        _warn(branch)
     return RunResult(folder, branch, summary)
 
 
@@ -211,7 +213,8 @@ class _Recorder:
             "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi),
             "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
             "points": len(branch.points),
-            "unresolved": sum(point.status == "unresolved" for point in branch.points),
+            "statuses": dict(Counter(point.status for point in branch.points)),
+            "resonances": sorted({point.resonance for point in branch.points if point.resonance}),
             "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,
             "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],
@@ -227,17 +230,34 @@ def _largest_return_error(branch: Branch) -> float | None:
     return max(errors) if errors and np.all(np.isfinite(errors)) else None
 
 
-def _warn_of_unresolved(branch: Branch) -> None:
-    unresolved = [point for point in branch.points if point.status == "unresolved"]
-    if unresolved:
+def _warn(branch: Branch) -> None:
+    """Say which points are not to be trusted as they are."""
+    total = len(branch.points)
+    by_status = {status: [p for p in branch.points if p.status == status] for status in STATUSES}
+    if unresolved := by_status[UNRESOLVED]:
         worst = max(unresolved, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
         logger.warning(
             "%d of %d points are unresolved: integrated in time over a period, the motion at "
             "gamma_ratio %g misses its start by %.0f %%; raise mode.harmonics and mode.samples",
             len(unresolved),
-            len(branch.points),
+            total,
             worst.gamma_ratio,
             100 * worst.return_error,
+        )
+    if resonant := by_status[RESONANT]:
+        logger.warning(
+            "%d of %d points are inside an internal resonance (%s): their frequency lies below "
+            "that of the main branch",
+            len(resonant),
+            total,
+            "; ".join(sorted({point.resonance for point in resonant})),
+        )
+    if unchecked := by_status[UNCHECKED]:
+        logger.warning(
+            "%d of %d points are unchecked: contact points that carry mass have no motion in time "
+            "to compare with",
+            len(unchecked),
+            total,
         )
 
 

@@ -27,6 +27,11 @@ def table(folder: Path) -> dict[str, np.ndarray]:
     return {key: np.array([float(row[key]) for row in rows]) for key in rows[0] if key != "status"}
 
 
+def statuses(folder: Path) -> np.ndarray:
+    with (folder / "backbone.csv").open() as file:
+        return np.array([row["status"] for row in csv.DictReader(file)])
+
+
 def test_exact_rod_reproduces_the_reference_table() -> None:
     # reference values of the exact rod: T, omega / omega_1, contact force 2 a, and gamma of the
     # grazing sine mode (1/8) from below as T -> 4
@@ -56,6 +61,11 @@ def test_rod(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.count_nonzero(error[rows] < 5e-3) >= 12
     assert error[fine["gamma_ratio"] > 1.01].max() < 3e-2
     assert fine["virial_error"].max() < 1e-8
+    status = statuses(results / "fine")
+    beyond = fine["gamma_ratio"] > 1.01
+    assert error[beyond & (status == "converged")].max() < 3e-3
+    assert error[beyond & (status == "inside resonance")].min() > 2.5e-3
+    assert set(status) == {"converged", "inside resonance"}
     assert np.all(fine["rayleigh_frequency_Hz"] <= fine["frequency_Hz"] * (1 + 1e-12))
 
 
@@ -71,6 +81,8 @@ def test_rotor37(monkeypatch: pytest.MonkeyPatch) -> None:
     assert backbone["gamma_ratio"][0] == pytest.approx(0.7)
     assert backbone["gamma_ratio"][-1] == pytest.approx(3.0)
     assert backbone["virial_error"].max() < 1e-8
+    assert set(statuses(results)) == {"converged"}
+    assert summary["largest_return_error"] < 0.05
     assert backbone["penetration_m"].max() < 0.01 * 3.56e-4
     touching = backbone["gamma_ratio"] >= 1
     assert np.all(np.diff(backbone["frequency_Hz"][touching]) > 0)

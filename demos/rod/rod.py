@@ -34,6 +34,7 @@ def run(name: str) -> RunResult:
 # The coarse rod has its first frequency at 1297.5 Hz, 0.03 % above sqrt(E / rho) / 4 L.
 
 # %%
+print("paper: its five harmonics cannot follow the contact, so points are marked unresolved")
 paper = run("paper")
 first = paper.summary["linear_frequencies_Hz"][0]
 print(f"paper: first linear frequency {first:.2f} Hz; {paper.branch.reason}")

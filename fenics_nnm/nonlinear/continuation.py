@@ -13,8 +13,8 @@ from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.levels import levels
 from fenics_nnm.nonlinear.lift import SHARE_DROP, Lift, Stack
 from fenics_nnm.nonlinear.newton import Newton
-from fenics_nnm.nonlinear.periodicity import checked
 from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
+from fenics_nnm.nonlinear.verdict import judged
 from fenics_nnm.reduction.model import ReducedModel
 
 logger = logging.getLogger(__name__)
@@ -135,7 +135,9 @@ def follow(
         on_progress(target)
     march.second_look()
     series = lift.levels[-1].equations.series
-    points = checked(model, series, [march.points[ratio] for ratio in sorted(march.points)])
+    points = judged(
+        model, series, [march.points[ratio] for ratio in sorted(march.points)], mode=mode
+    )
     failures = tuple(sorted(march.failures.items()))
     return Branch(points, failures, _reason(continuation, points, failures))
 

@@ -8,7 +8,6 @@ that is resolved comes back after a period, one that is not misses.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -17,9 +16,6 @@ from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.model import ReducedModel
-
-#: A motion that misses its start by more than this part of its amplitude is not resolved.
-_UNRESOLVED = 1 / 3
 
 #: Step times the circular frequency of the stiffest contact; the scheme is stable below 2.
 _STEP = 0.1
@@ -56,26 +52,6 @@ def return_errors(model: ReducedModel, series: Series, points: Sequence[BranchPo
     gap = np.hypot(model.omega * (q - start), velocity - speed)
     whole = np.sqrt([2 * point.energy for point in points])
     return np.asarray(np.linalg.norm(gap, axis=1) / whole)
-
-
-def checked(
-    model: ReducedModel, series: Series, points: Sequence[BranchPoint]
-) -> tuple[BranchPoint, ...]:
-    """The points with their return errors; "unresolved" where it is above 1/3, or unknown.
-
-    Points of a model whose contact points carry mass are left as they are: their motion after
-    an impact depends on an impact law that harmonic balance does not have.
-    """
-    if not model.massless:
-        return tuple(points)
-    return tuple(
-        replace(
-            point,
-            return_error=float(error),
-            status=point.status if error <= _UNRESOLVED else "unresolved",
-        )
-        for point, error in zip(points, return_errors(model, series, points), strict=True)
-    )
 
 
 def _stiffest_contact(model: ReducedModel) -> float:

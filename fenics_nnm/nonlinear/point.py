@@ -33,8 +33,9 @@ class BranchPoint:
         virial_error: Relative error of omega^2 m^ = k^ + <lambda, gap>.
         contact_fraction: Share of the period with contact somewhere.
         iterations: Newton steps at the finest level.
-        status: "converged", or "unresolved" where the discrete equations are solved but the motion,
-            integrated in time, does not come back to its start (`nonlinear.periodicity`).
+        status: What may be believed: all points solve the discrete equations; `nonlinear.verdict`
+            tells "converged", "inside resonance", "unresolved" and "unchecked" apart.
+        resonance: Mode and harmonic of an internal resonance, or nothing.
         return_error: Distance of the state after one period of time integration from its start,
             relative in the energy norm; nan before it is known.
         q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J), or (2 N + 1, J) for a
@@ -55,6 +56,7 @@ class BranchPoint:
     contact_fraction: float
     iterations: int
     status: str
+    resonance: str
     return_error: float
     q: Array
     force: Array
@@ -89,7 +91,8 @@ class PointMaker:
             virial_error=energies.virial_error(solution.omega),
             contact_fraction=float(self.equations.series.weight @ in_contact),
             iterations=solution.iterations,
-            status="converged",
+            status="unchecked",
+            resonance="",
             return_error=float("nan"),
             q=solution.q * self.scales.amplitude,
             force=solution.forces.force * self.scales.force,

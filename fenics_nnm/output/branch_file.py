@@ -105,6 +105,7 @@ def finish(path: Path, branch: Branch) -> None:
         for group in file["points"].values():
             point = final[float(group.attrs["gamma_ratio"])]
             group.attrs["status"] = point.status
+            group.attrs["resonance"] = point.resonance
             group.attrs["return_error"] = point.return_error
 
 

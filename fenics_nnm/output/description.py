@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from mpi4py import MPI
 
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.study import Study
@@ -26,6 +27,7 @@ def describe(study: Study, analysis: LinearAnalysis) -> str:
         f"gap {interface.gap.min():.4g} m",
         f"grazing          at {energy:.6g} J for mode {study.mode.number}, first at "
         f"{_point(analysis, mode)} m",
+        f"largest motion   {_largest(analysis, mode, amplitude):.4g} m when it grazes",
         "",
         " mode   frequency (Hz)   motion at contact (kg^-1/2)",
     ]
@@ -34,6 +36,12 @@ def describe(study: Study, analysis: LinearAnalysis) -> str:
         lines.append(f"{number + 1:5d}   {hertz:14.6g}   {reach:10.4g}")
     lines += ["", f"no mode missed below {analysis.modes.checked_below / 2 / np.pi:.6g} Hz"]
     return "\n".join(lines + _resonances(study, analysis))
+
+
+def _largest(analysis: LinearAnalysis, mode: int, amplitude: float) -> float:
+    """Largest displacement component of a mode when it just touches, in m."""
+    shape = np.abs(analysis.shapes[:, mode]).max(initial=0.0) * amplitude
+    return float(analysis.solid.tagged.mesh.comm.allreduce(shape, op=MPI.MAX))
 
 
 def _cells(analysis: LinearAnalysis) -> int:

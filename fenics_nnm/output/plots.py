@@ -5,10 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.nonlinear.verdict import CONVERGED, RESONANT, UNCHECKED, UNRESOLVED
+
+#: Marker, face colour and edge colour of the points of each status.
+_MARKERS = {
+    CONVERGED: ("o", "tab:blue", "tab:blue"),
+    RESONANT: ("s", "white", "tab:purple"),
+    UNCHECKED: ("o", "white", "tab:blue"),
+    UNRESOLVED: ("X", "white", "tab:red"),
+}
 
 #: Energies that span more than this factor are drawn on a logarithmic axis.
 _LOGARITHMIC = 30
@@ -41,7 +52,8 @@ def plot_backbone(
     ratios = [point.gamma_ratio for point in points]
     energy = [point.energy for point in points]
     for axes, abscissa in ((left, ratios), (right, energy)):
-        axes.plot(abscissa, frequency, "o-", ms=3.5, color="tab:blue", label="frequency")
+        axes.plot(abscissa, frequency, "-", lw=1, color="tab:blue", label="frequency")
+        _mark(axes, abscissa, points)
         axes.plot(abscissa, rayleigh, "--", color="tab:orange", label="Rayleigh frequency")
         axes.axhline(linear_frequency, color="0.6", lw=0.8, label="linear mode")
         axes.grid(alpha=0.3)
@@ -58,6 +70,10 @@ def plot_backbone(
     right.set_xlabel("total energy  (J)")
     if energy and max(energy) > _LOGARITHMIC * min(energy):
         right.set_xscale("log")
+    for axes in (left, right):
+        axes.yaxis.get_major_formatter().set_useOffset(False)
+    if right.get_xscale() == "linear":
+        right.xaxis.set_major_locator(MaxNLocator(5))
     figure.suptitle(title, fontsize=11)
     missing = f"  Red lines: {len(failures)} energies without a point." if failures else ""
     figure.supxlabel(
@@ -66,3 +82,19 @@ def plot_backbone(
         color="0.35",
     )
     figure.savefig(path, dpi=150)
+
+
+def _mark(axes: Axes, abscissa: Sequence[float], points: Sequence[BranchPoint]) -> None:
+    """Draw the points, those of each status alike."""
+    for status, (marker, face, edge) in _MARKERS.items():
+        chosen = [i for i, point in enumerate(points) if point.status == status]
+        if chosen:
+            axes.plot(
+                [abscissa[i] for i in chosen],
+                [points[i].frequency for i in chosen],
+                marker,
+                ms=4.5,
+                mfc=face,
+                mec=edge,
+                label=status,
+            )

@@ -24,6 +24,7 @@ test:
 	$(MAKE) lint
 
 verify:
+	$(RUN) python3 demos/bilinear/bilinear.py
 	$(RUN) python3 demos/rotor37/mesh_study.py
 
 lint:

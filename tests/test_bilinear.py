@@ -1,44 +1,48 @@
 """Bilinear oscillator: closed-form frequency over energy."""
 
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
 import numpy as np
 import pytest
 
 from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
 from fenics_nnm.reduction.model import ReducedModel
 
-MASS, SPRING, STOP, GAP = 1.0, 10.0, 50.0, 0.01
-GRAZING_ENERGY = SPRING * GAP**2 / 2
 
-
-def exact_frequency(energy: float) -> float:
-    """m x'' + k x + K (x - e)_+ = 0; free part and contact part of the period."""
-    free = 2 * np.sqrt(MASS / SPRING) * np.arccos(-GAP * np.sqrt(SPRING / (2 * energy)))
-    both = SPRING + STOP
-    contact = np.sqrt(2 * energy * both - STOP * SPRING * GAP**2)
-    closed = 2 * np.sqrt(MASS / both) * np.arccos(GAP * SPRING / contact)
-    return float(1 / (free + closed))
+@pytest.fixture(scope="module")
+def demo() -> ModuleType:
+    path = Path(__file__).parent.parent / "demos" / "bilinear" / "bilinear.py"
+    spec = importlib.util.spec_from_file_location("bilinear", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 @pytest.mark.parametrize(("harmonics", "worst"), [(5, 1.2e-3), (9, 2e-4), (21, 1e-5)])
-def test_frequency_over_two_decades_of_energy(harmonics: int, worst: float) -> None:
+def test_frequency_over_two_decades_of_energy(
+    demo: ModuleType, harmonics: int, worst: float
+) -> None:
     # bounds: what NLvib and tmdsimpy reach with as many harmonics
-    model = ReducedModel([np.sqrt(SPRING / MASS)], [[MASS**-0.5]], [[1 / STOP]], [GAP])
-    near = (1.02, 1.03, 1.05, 1.1, 1.2, 1.35)
-    continuation = EnergyContinuation(1.01, 60.0, 0.5, report_at=near)
-    branch = follow(model, continuation, mode=0, harmonics=harmonics, samples=1024)
-    assert branch.complete
-    ratios = np.array([point.energy / GRAZING_ENERGY for point in branch.points])
-    inside = [p for p, r in zip(branch.points, ratios, strict=True) if 1.02 <= r <= 100]
-    assert ratios.max() > 100
-    assert len(inside) > 50
-    error = [abs(point.frequency / exact_frequency(point.energy) - 1) for point in inside]
-    assert max(error) < worst
+    assert demo.worst_error(harmonics) < worst
 
 
-def test_linear_below_grazing() -> None:
-    model = ReducedModel([np.sqrt(SPRING / MASS)], [[MASS**-0.5]], [[1 / STOP]], [GAP])
+def test_closed_form_has_its_two_limits(demo: ModuleType) -> None:
+    # at grazing the linear oscillator; far above half a period of each spring
+    linear, both = np.sqrt(10.0), np.sqrt(60.0)
+    grazing = demo.exact_frequency(demo.GRAZING_ENERGY * (1 + 1e-12))
+    assert grazing == pytest.approx(linear / (2 * np.pi), rel=1e-5)
+    far = 2 / (2 * np.pi / linear + 2 * np.pi / both)
+    assert demo.exact_frequency(1e8 * demo.GRAZING_ENERGY) == pytest.approx(far, rel=1e-3)
+
+
+def test_linear_below_grazing(demo: ModuleType) -> None:
+    model = ReducedModel([np.sqrt(10.0)], [[1.0]], [[1 / demo.STOP]], [demo.GAP])
     branch = follow(model, EnergyContinuation(0.2, 1.0, 0.2), mode=0, harmonics=5, samples=64)
     for point in branch.points:
         assert point.frequency == pytest.approx(np.sqrt(10) / 2 / np.pi, rel=1e-12)
-        assert point.energy == pytest.approx(point.gamma_ratio * GRAZING_ENERGY, rel=1e-12)
+        assert point.energy == pytest.approx(point.gamma_ratio * demo.GRAZING_ENERGY, rel=1e-12)
         assert point.contact_fraction <= 1 / 64

@@ -19,7 +19,7 @@ from fenics_nnm.fem.modes import LinearModes, ModalSolver
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
-from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.stages import Stages
@@ -88,20 +88,21 @@ def nonlinear_mode(
                 step=energies.step,
                 report_at=study.continuation.report_at,
             ),
+            harmonic_balance(study),
             mode=study.mode.number - 1,
-            harmonics=study.mode.harmonics,
-            samples=study.mode.samples,
-            multipliers=_multipliers(study),
-            general=study.mode.series == "general",
             on_point=on_point,
             on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
         )
 
 
-def series_of(study: Study) -> Series:
-    """Series in time that the motions of a study are written in."""
-    kind = FourierSeries if study.mode.series == "general" else CosineSeries
-    return kind(study.mode.harmonics, study.mode.samples)
+def harmonic_balance(study: Study) -> HarmonicBalance:
+    """How the motions of a study are written in time, and contact is found."""
+    return HarmonicBalance(
+        harmonics=study.mode.harmonics,
+        samples=study.mode.samples,
+        general=study.mode.series == "general",
+        multipliers=_multipliers(study),
+    )
 
 
 def _reduced(
@@ -111,16 +112,15 @@ def _reduced(
     modes: LinearModes,
     solver: ModalSolver,
 ) -> LinearAnalysis:
-    if study.reduction.method == "massless":
-        attachments = solver.attachments(interface.unit_forces(solid.owned))
-        return massless_reduced(solid, interface, modes, attachments)
+    if study.reduction.method != "craig-bampton":
+        return massless_reduced(solid, interface, modes, solver.static)
     if study.reduction.interface == "contact":
         forces = interface.unit_forces(solid.owned)
     else:
         forces = interface.unit_forces_all_directions(solid.owned)
-    attachments = solver.attachments(forces)
+    attachments = solver.static(forces)
     fixed = solver.fixed_interface_modes(forces, attachments, study.reduction.modes)
-    return craig_bampton_reduced(solid, interface, modes, attachments, fixed)
+    return craig_bampton_reduced(solid, interface, modes, attachments, fixed, solver.static)
 
 
 def _multipliers(study: Study) -> MultiplierLoop | None:

@@ -18,7 +18,7 @@ import slepc4py
 from mpi4py import MPI
 
 import fenics_nnm
-from fenics_nnm.analysis import linear_analysis, nonlinear_mode, series_of
+from fenics_nnm.analysis import harmonic_balance, linear_analysis, nonlinear_mode
 from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -155,7 +155,7 @@ class _Recorder:
                         path,
                         analysis,
                         point,
-                        series=series_of(self.study),
+                        series=harmonic_balance(self.study).series,
                         frames=self.study.output.frames,
                     )
             self.stages.report((index + 1) / len(wanted))

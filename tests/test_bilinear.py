@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
+from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.reduction.model import ReducedModel
 
 
@@ -41,7 +42,7 @@ def test_closed_form_has_its_two_limits(demo: ModuleType) -> None:
 
 def test_linear_below_grazing(demo: ModuleType) -> None:
     model = ReducedModel([np.sqrt(10.0)], [[1.0]], [[1 / demo.STOP]], [demo.GAP])
-    branch = follow(model, EnergyContinuation(0.2, 1.0, 0.2), mode=0, harmonics=5, samples=64)
+    branch = follow(model, EnergyContinuation(0.2, 1.0, 0.2), HarmonicBalance(5, 64), mode=0)
     for point in branch.points:
         assert point.frequency == pytest.approx(np.sqrt(10) / 2 / np.pi, rel=1e-12)
         assert point.energy == pytest.approx(point.gamma_ratio * demo.GRAZING_ENERGY, rel=1e-12)

@@ -14,6 +14,7 @@ from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop, PenalisedE
 from fenics_nnm.nonlinear.contact_law import ContactForces
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
 from fenics_nnm.nonlinear.fourier import CosineSeries
+from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
 from fenics_nnm.reduction.model import ReducedModel
@@ -42,10 +43,8 @@ def branch(model: ReducedModel, **multipliers: object) -> Branch:
     found = follow(
         model,
         RATIOS,
+        HarmonicBalance(5, 128, multipliers=MultiplierLoop(**multipliers)),
         mode=0,
-        harmonics=5,
-        samples=128,
-        multipliers=MultiplierLoop(**multipliers),
     )
     assert found.complete
     return found
@@ -137,10 +136,8 @@ def test_stalled_loop_names_the_measure(contact_only: LinearAnalysis) -> None:
     found = follow(
         contact_only.model,
         EnergyContinuation(0.9, 1.5, 0.3, smallest_step=0.2),
+        HarmonicBalance(5, 64, multipliers=MultiplierLoop(iterations=2)),
         mode=0,
-        harmonics=5,
-        samples=64,
-        multipliers=MultiplierLoop(iterations=2),
     )
     assert not found.complete
     assert "the multiplier loop stalled after 2 steps: the contact measure stays at" in found.reason
@@ -160,14 +157,16 @@ def equations() -> HarmonicEquations:
 
 def test_jacobian_under_the_penalty_law_against_differences(equations: HarmonicEquations) -> None:
     q, omega, step = 0.3 * np.random.default_rng(12).normal(size=equations.shape), 1.1, 1e-7
-    forces: ContactForces = equations.forces(q)
+    forces: ContactForces = equations.forces(q, omega)
     assert len(forces.samples) > 3
     jacobian = equations.jacobian(omega, forces)
     for column in range(q.size):
         change = np.zeros(q.size)
         change[column] = step
         ends = [q + sign * change.reshape(q.shape) for sign in (1, -1)]
-        ahead, behind = (equations.residual(e, omega, equations.forces(e)).ravel() for e in ends)
+        ahead, behind = (
+            equations.residual(e, omega, equations.forces(e, omega)).ravel() for e in ends
+        )
         difference = (ahead - behind) / (2 * step)
         assert np.abs(jacobian[:, column] - difference).max() < 1e-6 * np.abs(jacobian).max()
 

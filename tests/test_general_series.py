@@ -7,6 +7,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
 from fenics_nnm.nonlinear.fourier import FourierSeries
+from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, solve
 from fenics_nnm.reduction.model import ReducedModel
@@ -21,7 +22,7 @@ MODEL = ReducedModel(
 
 def branch(*, general: bool) -> Branch:
     energies = EnergyContinuation(0.9, 2.0, 0.1)
-    found = follow(MODEL, energies, mode=0, harmonics=8, samples=64, general=general)
+    found = follow(MODEL, energies, HarmonicBalance(8, 64, general=general), mode=0)
     assert found.complete
     return found
 
@@ -50,7 +51,7 @@ def test_motion_is_time_reversible_though_nothing_assumed_it() -> None:
     start = np.vstack([point.q / scales.amplitude, np.zeros((8, 3))])
     guess = shifted(series, start, 2 * np.pi / 64 * 3)
     guess += 1e-3 * np.random.default_rng(3).normal(size=guess.shape)
-    gamma = equations.gamma(start)
+    gamma = equations.gamma(start, point.frequency_ratio)
     solution = solve(equations, FixedEnergy(gamma), guess, point.frequency_ratio)
     assert solution.converged
     assert solution.omega == pytest.approx(point.frequency_ratio, rel=2e-4)
@@ -91,14 +92,15 @@ def test_jacobian_with_drift_against_differences() -> None:
     )
     q = 0.5 * np.random.default_rng(4).normal(size=equations.shape)
     omega, drift, step = 1.1, 0.3, 1e-7
-    jacobian = equations.jacobian(omega, equations.forces(q), drift)
-    assert len(equations.forces(q).samples) > 3
+    jacobian = equations.jacobian(omega, equations.forces(q, omega), drift)
+    assert len(equations.forces(q, omega).samples) > 3
     for column in range(q.size):
         change = np.zeros(q.size)
         change[column] = step
         ends = [q + sign * change.reshape(q.shape) for sign in (1, -1)]
         ahead, behind = (
-            equations.residual(end, omega, equations.forces(end), drift).ravel() for end in ends
+            equations.residual(end, omega, equations.forces(end, omega), drift).ravel()
+            for end in ends
         )
         difference = (ahead - behind) / (2 * step)
         assert np.abs(jacobian[:, column] - difference).max() < 1e-6 * np.abs(jacobian).max()

@@ -7,8 +7,11 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
 from fenics_nnm.nonlinear.fourier import CosineSeries
+from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.reduction.model import ReducedModel
+
+OMEGA = 1.1
 
 
 @pytest.fixture
@@ -27,17 +30,17 @@ def equations() -> HarmonicEquations:
 @pytest.fixture
 def motion(equations: HarmonicEquations) -> Array:
     q = 0.3 * np.random.default_rng(6).normal(size=equations.shape)
-    assert len(equations.forces(q).samples) > 5
+    assert len(equations.forces(q, OMEGA).samples) > 5
     return q
 
 
 def residual(equations: HarmonicEquations, q: Array, omega: float) -> Array:
-    return equations.residual(q, omega, equations.forces(q)).ravel()
+    return equations.residual(q, omega, equations.forces(q, omega)).ravel()
 
 
 def test_jacobian_against_differences(equations: HarmonicEquations, motion: Array) -> None:
-    omega, step = 1.1, 1e-7
-    jacobian = equations.jacobian(omega, equations.forces(motion))
+    omega, step = OMEGA, 1e-7
+    jacobian = equations.jacobian(omega, equations.forces(motion, omega))
     difference = np.empty_like(jacobian)
     for column in range(motion.size):
         change = np.zeros(motion.size)
@@ -50,8 +53,8 @@ def test_jacobian_against_differences(equations: HarmonicEquations, motion: Arra
 
 
 def test_frequency_column_against_differences(equations: HarmonicEquations, motion: Array) -> None:
-    omega, step = 1.1, 1e-6
-    column = equations.frequency_column(motion, omega).ravel()
+    omega, step = OMEGA, 1e-6
+    column = equations.frequency_column(motion, omega, equations.forces(motion, omega)).ravel()
     difference = (
         residual(equations, motion, omega + step) - residual(equations, motion, omega - step)
     ) / (2 * step)
@@ -59,13 +62,14 @@ def test_frequency_column_against_differences(equations: HarmonicEquations, moti
 
 
 def test_gamma_gradient_against_differences(equations: HarmonicEquations, motion: Array) -> None:
-    gradient, step = equations.gamma_gradient(motion), 1e-6
+    (gradient, by_omega), step = equations.gamma_gradient(motion, OMEGA), 1e-6
+    assert by_omega == 0
     for index in np.ndindex(motion.shape):
         change = np.zeros_like(motion)
         change[index] = step
-        difference = (equations.gamma(motion + change) - equations.gamma(motion - change)) / (
-            2 * step
-        )
+        difference = (
+            equations.gamma(motion + change, OMEGA) - equations.gamma(motion - change, OMEGA)
+        ) / (2 * step)
         assert gradient[index] == pytest.approx(difference, abs=1e-8)
 
 
@@ -74,7 +78,7 @@ def test_mass_energy_is_the_mean_of_the_velocity_squared(
 ) -> None:
     phase = 2 * np.pi * np.arange(200) / 200
     velocity = equations.series.rate_at(phase) @ motion  # d q / d (omega t)
-    energies = equations.energies(motion, equations.forces(motion))
+    energies = equations.energies(motion, OMEGA, equations.forces(motion, OMEGA))
     assert energies.mass == pytest.approx(np.mean(np.sum(velocity**2, axis=1)), rel=1e-12)
 
 
@@ -87,17 +91,17 @@ def test_stiffness_energy_holds_modal_and_residual_parts(
     strain = np.sum((model.omega * q) ** 2, axis=1) + np.einsum(
         "sc,cd,sd->s", force, model.R, force
     )
-    energies = equations.energies(motion, equations.forces(motion))
+    energies = equations.energies(motion, OMEGA, equations.forces(motion, OMEGA))
     assert energies.stiffness == pytest.approx(np.mean(strain), rel=1e-12)
 
 
 def test_virial_identity_holds_at_solutions_and_not_elsewhere(
     equations: HarmonicEquations, motion: Array
 ) -> None:
-    energies = equations.energies(motion, equations.forces(motion))
+    energies = equations.energies(motion, OMEGA, equations.forces(motion, OMEGA))
     assert energies.virial_error(1.0) > 1e-2
     branch = follow(
-        equations.model, EnergyContinuation(0.9, 2.0, 0.1), mode=0, harmonics=4, samples=64
+        equations.model, EnergyContinuation(0.9, 2.0, 0.1), HarmonicBalance(4, 64), mode=0
     )
     assert branch.complete
     for point in branch.points:

@@ -9,6 +9,7 @@ from scipy.io import mmwrite, savemat
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
+from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.reduction.matrices import massless_from_matrices, read_matrix
 
 ELEMENTS = 60
@@ -38,7 +39,7 @@ def test_model_of_a_rod(rod: tuple) -> None:
 
 def test_branch_of_matrices_hardens(rod: tuple) -> None:
     model = massless_from_matrices(*rod, [1.0], modes=3)
-    branch = follow(model, EnergyContinuation(1.4, 1.8, 0.1), mode=0, harmonics=3, samples=64)
+    branch = follow(model, EnergyContinuation(1.4, 1.8, 0.1), HarmonicBalance(3, 64), mode=0)
     assert branch.complete
     # the exact rod: 1.1026 at 1.8; three harmonics of three modes are about 1 % high
     assert branch.points[-1].frequency_ratio == pytest.approx(1.1026, rel=0.02)

@@ -48,7 +48,7 @@ report_at = [1.5]
 
 HEADER = (
     "point,gamma_ratio,frequency_Hz,frequency_ratio,rayleigh_frequency_Hz,energy_J,"
-    "penetration_m,virial_error,contact_fraction,status"
+    "penetration_m,virial_error,contact_fraction,status,reduction_residual,reduction_error"
 )
 
 

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
+from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.reduction.model import ReducedModel
 
 #: A structure with incommensurate frequencies and two contact points that interact.
@@ -42,7 +43,7 @@ def after_one_period(q: Array, period: float) -> Array:
 def return_error(harmonics: int, gamma_ratio: float) -> float:
     """Distance of the state after a period from its start, in the energy norm."""
     continuation = EnergyContinuation(0.9, gamma_ratio, 0.1)
-    branch = follow(MODEL, continuation, mode=0, harmonics=harmonics, samples=512)
+    branch = follow(MODEL, continuation, HarmonicBalance(harmonics, 512), mode=0)
     assert branch.complete
     point = branch.points[-1]
     assert point.contact_fraction > 0.05
@@ -62,7 +63,7 @@ def test_state_returns_after_one_period(gamma_ratio: float) -> None:
 
 def test_return_errors_of_the_program_agree_with_this_integration() -> None:
     continuation = EnergyContinuation(0.9, 2.0, 0.1)
-    branch = follow(MODEL, continuation, mode=0, harmonics=5, samples=512)
+    branch = follow(MODEL, continuation, HarmonicBalance(5, 512), mode=0)
     assert branch.points[-1].return_error == pytest.approx(return_error(5, 2.0), rel=0.05)
     assert branch.points[-1].status == "converged"
     assert branch.points[0].return_error < 1e-10  # below grazing the motion is exact
@@ -71,12 +72,12 @@ def test_return_errors_of_the_program_agree_with_this_integration() -> None:
 def test_motion_with_too_few_harmonics_is_marked() -> None:
     # stiff contact in the middle of a mode that must stop at once: two harmonics cannot do that
     model = ReducedModel([1.0, 3.3], [[1.0, 1.0]], [[1e-3]], [1.0])
-    branch = follow(model, EnergyContinuation(0.9, 2.0, 0.1), mode=0, harmonics=2, samples=64)
+    branch = follow(model, EnergyContinuation(0.9, 2.0, 0.1), HarmonicBalance(2, 64), mode=0)
     assert {point.status for point in branch.points if point.gamma_ratio > 1.5} == {"unresolved"}
 
 
 def test_energy_of_the_point_is_that_of_its_initial_state() -> None:
-    branch = follow(MODEL, EnergyContinuation(0.9, 2.0, 0.1), mode=0, harmonics=20, samples=512)
+    branch = follow(MODEL, EnergyContinuation(0.9, 2.0, 0.1), HarmonicBalance(20, 512), mode=0)
     point = branch.points[-1]
     state = np.concatenate([point.q.sum(axis=0), np.zeros(3)])
     assert point.energy == pytest.approx(energy(state) / 2, rel=1e-3)

@@ -10,6 +10,7 @@
 import numpy as np
 
 from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
+from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.reduction.model import ReducedModel
 
 MASS, SPRING, STOP, GAP = 1.0, 10.0, 50.0, 0.01
@@ -30,7 +31,7 @@ def worst_error(harmonics: int) -> float:
     model = ReducedModel([np.sqrt(SPRING / MASS)], [[MASS**-0.5]], [[1 / STOP]], [GAP])
     near = (1.02, 1.03, 1.05, 1.1, 1.2, 1.35)
     energies = EnergyContinuation(1.01, 60.0, 0.5, report_at=near)
-    branch = follow(model, energies, mode=0, harmonics=harmonics, samples=1024)
+    branch = follow(model, energies, HarmonicBalance(harmonics, 1024), mode=0)
     assert branch.complete
     errors = [
         abs(point.frequency / exact_frequency(point.energy) - 1)

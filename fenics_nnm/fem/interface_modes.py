@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
-from slepc4py import SLEPc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.fem.eigenproblem import eigenproblem
 from fenics_nnm.fem.solid import Solid
 
 
@@ -52,17 +52,9 @@ def fixed_interface_modes(
     Raises:
         ConvergenceError: if the eigensolver fails.
     """
-    eps = SLEPc.EPS().create(solid.stiffness.comm)
-    eps.setOptionsPrefix("nnm_interface_")
-    eps.setOperators(solid.stiffness, solid.mass)
-    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-    eps.setTarget(0.0)
+    eps = eigenproblem(solid, "nnm_interface_")
     eps.setDimensions(count)
-    eps.setTolerances(1e-10, 200)
-    transformation = eps.getST()
-    transformation.setType(SLEPc.ST.Type.SINVERT)
-    solver = transformation.getKSP()
+    solver = eps.getST().getKSP()
     solver.setType(PETSc.KSP.Type.PREONLY)
     solver.getPC().setType(PETSc.PC.Type.PYTHON)
     comm = solid.tagged.mesh.comm

@@ -8,10 +8,11 @@ from types import TracebackType
 
 import numpy as np
 from petsc4py import PETSc
-from slepc4py import SLEPc
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ConvergenceError, ModelError
+from fenics_nnm.fem.block import solved, use_mumps
+from fenics_nnm.fem.eigenproblem import eigenproblem
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
 from fenics_nnm.fem.solid import Solid
 
@@ -56,17 +57,8 @@ class ModalSolver:
     def __init__(self, solid: Solid) -> None:
         """Set up the eigenproblem K phi = omega^2 M phi of a body."""
         self._solid = solid
-        eps = SLEPc.EPS().create(solid.stiffness.comm)
-        eps.setOptionsPrefix("nnm_")
-        eps.setOperators(solid.stiffness, solid.mass)
-        eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-        eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-        eps.setTarget(0.0)
-        transformation = eps.getST()
-        transformation.setType(SLEPc.ST.Type.SINVERT)
-        _use_mumps(transformation.getKSP())
-        eps.setTolerances(1e-10, 200)
-        self._eps = eps
+        self._eps = eigenproblem(solid, "nnm_")
+        use_mumps(self._eps.getST().getKSP())
 
     def __enter__(self) -> ModalSolver:
         """Enter the context."""
@@ -105,7 +97,7 @@ class ModalSolver:
             omega=np.sqrt(squared[:count]), shapes=self._shapes(order[:count]), checked_below=below
         )
 
-    def attachments(self, forces: Array) -> Array:
+    def static(self, forces: Array) -> Array:
         """Static displacements under columns of forces, solved as one block.
 
         Args:
@@ -115,14 +107,7 @@ class ModalSolver:
             Displacements in m, shape (n_owned, k).
         """
         self._eps.setUp()
-        ksp = self._eps.getST().getKSP()
-        right = _dense(forces, self._solid)
-        left = _dense(np.zeros_like(forces), self._solid)
-        ksp.matSolve(right, left)
-        solution = np.array(left.getDenseArray(readonly=True))
-        right.destroy()
-        left.destroy()
-        return solution
+        return solved(self._eps.getST().getKSP(), forces)
 
     def fixed_interface_modes(self, forces: Array, attachments: Array, count: int) -> Array:
         """The lowest modes with the contact interface held, from the same factorisation.
@@ -189,22 +174,6 @@ class ModalSolver:
         return shapes
 
 
-def _use_mumps(ksp: PETSc.KSP) -> None:
-    ksp.setType(PETSc.KSP.Type.PREONLY)
-    ksp.getPC().setType(PETSc.PC.Type.CHOLESKY)
-    ksp.getPC().setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-
-
-def _dense(columns: Array, solid: Solid) -> PETSc.Mat:
-    matrix = PETSc.Mat().createDense(
-        ((solid.owned, PETSc.DETERMINE), (PETSc.DECIDE, columns.shape[1])),
-        array=np.asfortranarray(columns),
-        comm=solid.stiffness.comm,
-    )
-    matrix.assemble()
-    return matrix
-
-
 def _negative_pivots(solid: Solid, shift: float) -> int:
     """Number of eigenvalues of (K, M) below `shift`, from a factorisation of K - shift M."""
     shifted = solid.stiffness.copy()
@@ -213,7 +182,7 @@ def _negative_pivots(solid: Solid, shift: float) -> int:
     ksp = PETSc.KSP().create(shifted.comm)
     ksp.setOptionsPrefix("nnm_inertia_")
     ksp.setOperators(shifted)
-    _use_mumps(ksp)
+    use_mumps(ksp)
     ksp.setUp()
     negative = ksp.getPC().getFactorMatrix().getMumpsInfog(12)
     ksp.destroy()

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, TypeVar, cast
 
 from mpi4py import MPI
 
 Result = TypeVar("Result")
+Argument = TypeVar("Argument")
+Outcome = TypeVar("Outcome")
 
 
 def on_root(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
@@ -42,3 +45,36 @@ def all_arrive(comm: MPI.Comm, *, seconds: float = 5.0) -> bool:
             return False
         time.sleep(0.01)
     return True
+
+
+def conducted(
+    comm: MPI.Comm,
+    conduct: Callable[[Callable[[Argument], Result]], Outcome],
+    joint: Callable[[Argument], Result],
+) -> Outcome:
+    """Do `conduct` on rank 0, with a function whose calls all ranks join.
+
+    Args:
+        comm: Communicator of the joint work.
+        conduct: Work of rank 0; it is given `joint`, to be called as often as it likes.
+        joint: Work that all ranks do together, such as a solution of the mesh's equations.
+
+    Returns:
+        What `conduct` gave, on every rank; or its error is raised on every rank.
+    """
+
+    def call(argument: Argument) -> Result:
+        comm.bcast((argument,), root=0)
+        return joint(argument)
+
+    def lead() -> Outcome:
+        try:
+            return conduct(call)
+        finally:
+            comm.bcast(None, root=0)
+
+    if comm.rank > 0:
+        while (call_of_root := comm.bcast(None, root=0)) is not None:
+            with suppress(Exception):  # rank 0 meets it too, and tells
+                joint(*call_of_root)
+    return on_root(comm, lead)

@@ -32,10 +32,10 @@ from typing import Literal
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.nonlinear.full_order import Equations
+from fenics_nnm.nonlinear.mode import Energies
 from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
 from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
-from fenics_nnm.reduction.model import ReducedModel
 
 #: First penalty of the normalisation, times gamma^2 over omega^2.
 _FIRST_ENERGY_PENALTY = 10.0
@@ -80,44 +80,41 @@ class PenalisedEnergy:
     theta: float
     base: float | None
 
-    def value(self, equations: HarmonicEquations, q: Array, omega: float) -> float:
+    def value(self, equations: Equations, q: Array, omega: float) -> float:
         """Left-hand side over omega^2."""
-        gamma = equations.gamma(q)
-        base = self._rayleigh(equations, q) if self.base is None else self.base
+        gamma = equations.gamma(q, omega)
+        base = self._rayleigh(equations, q, gamma) if self.base is None else self.base
         return (omega**2 - base + self.kappa * (gamma - self.gamma + self.theta) * gamma) / omega**2
 
-    def gradient(self, equations: HarmonicEquations, q: Array, omega: float) -> tuple[Array, float]:
+    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
         """Derivatives by q and omega."""
-        gamma = equations.gamma(q)
+        gamma = equations.gamma(q, omega)
+        gradient, _ = equations.gamma_gradient(q, omega)
         slope = self.kappa * (2 * gamma - self.gamma + self.theta)
-        by_q = slope * equations.gamma_gradient(q)
+        by_q = slope * gradient
         if self.base is None:
             stiffness = equations.series.mean_square[:, None] * equations.model.omega**2 * q
-            rayleigh = self._rayleigh(equations, q)
-            by_q = by_q - (stiffness - rayleigh * equations.gamma_gradient(q)) / gamma
+            rayleigh = self._rayleigh(equations, q, gamma)
+            by_q = by_q - (stiffness - rayleigh * gradient) / gamma
         constant = omega**2 * (1 - self.value(equations, q, omega))
         return by_q / omega**2, 2 * constant / omega**3
 
     @staticmethod
-    def _rayleigh(equations: HarmonicEquations, q: Array) -> float:
+    def _rayleigh(equations: Equations, q: Array, gamma: float) -> float:
         mean_square = equations.series.mean_square[:, None]
         stiffness = np.sum(mean_square * (equations.model.omega * q) ** 2)
-        return float(stiffness / (2 * equations.gamma(q)))
+        return float(stiffness / (2 * gamma))
 
 
-def contact_stiffness(model: ReducedModel) -> Array:
-    """Inverse static flexibility of each contact point, shape (n_c,)."""
-    return np.asarray(1 / np.sum((model.Phi / model.omega) ** 2, axis=1))
-
-
-def first_law(model: ReducedModel, loop: MultiplierLoop, force: Array) -> AugmentedLagrangian:
+def first_law(equations: Equations, loop: MultiplierLoop, force: Array) -> AugmentedLagrangian:
     """Law of the first outer step: first penalties, multipliers that carry given forces."""
-    stiffness = loop.penalty * contact_stiffness(model)
-    return AugmentedLagrangian(model.gap, np.tile(stiffness, (len(force), 1)), force / stiffness)
+    stiffness = loop.penalty / equations.static_flexibility
+    penalties = np.tile(stiffness, (len(force), 1))
+    return AugmentedLagrangian(equations.model.gap, penalties, force / stiffness)
 
 
 def solve_with_multipliers(
-    equations: HarmonicEquations,
+    equations: Equations,
     gamma: float,
     q: Array,
     omega: float,
@@ -145,26 +142,26 @@ def solve_with_multipliers(
 
 @dataclass(frozen=True, slots=True)
 class _Loop:
-    equations: HarmonicEquations
+    equations: Equations
     gamma: float
     loop: MultiplierLoop
     newton: Newton
 
     def run(self, q: Array, omega: float, force: Array) -> Solution:
-        law = first_law(self.equations.model, self.loop, force)
+        law = first_law(self.equations, self.loop, force)
         constraint = self._first_constraint(omega)
         solution = None
         contact = energy = np.inf
         steps = 0
         for _ in range(self.loop.iterations):
-            equations = replace(self.equations, law=law)
+            equations = self.equations.with_law(law)
             solution = solve(equations, constraint, q, omega, options=self.newton)
             steps += solution.iterations
             if not solution.converged:
                 return replace(solution, iterations=steps)
             q, omega = solution.q, solution.omega
-            law, new_contact = self._moved_law(law, q, contact)
-            constraint, new_energy = self._moved_constraint(constraint, q, energy)
+            law, new_contact = self._moved_law(law, solution.free, contact)
+            constraint, new_energy = self._moved_constraint(constraint, solution.energies, energy)
             contact, energy = min(contact, new_contact), min(energy, new_energy)
             if max(new_contact, new_energy) <= self.loop.tolerance:
                 return replace(solution, iterations=steps)
@@ -187,11 +184,11 @@ class _Loop:
         return PenalisedEnergy(self.gamma, penalty, 0.0, base)
 
     def _moved_law(
-        self, law: AugmentedLagrangian, q: Array, before: float
+        self, law: AugmentedLagrangian, displacement: Array, before: float
     ) -> tuple[AugmentedLagrangian, float]:
         """Law with moved multipliers and grown penalties, and the largest contact measure."""
-        displacement = self.equations.series.synthesis @ q @ self.equations.model.Phi.T
-        move = np.maximum(displacement - law.gap, -law.theta)
+        at_samples = self.equations.series.synthesis @ displacement
+        move = np.maximum(at_samples - law.gap, -law.theta)
         measure = np.abs(move) / law.gap.min()
         grown = measure > before / self.loop.alpha
         factor = np.where(grown, self.loop.beta, 1.0)
@@ -199,12 +196,12 @@ class _Loop:
         return moved, float(measure.max())
 
     def _moved_constraint(
-        self, constraint: Constraint, q: Array, before: float
+        self, constraint: Constraint, energies: Energies, before: float
     ) -> tuple[Constraint, float]:
         """Constraint with a moved multiplier and a grown penalty, and |h| / gamma."""
         if not isinstance(constraint, PenalisedEnergy):
             return constraint, 0.0
-        h = self.equations.gamma(q) - self.gamma
+        h = energies.gamma - self.gamma
         measure = abs(h) / self.gamma
         factor = self.loop.beta if measure > before / self.loop.alpha else 1.0
         moved = replace(

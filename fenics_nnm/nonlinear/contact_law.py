@@ -35,6 +35,16 @@ class ContactForces:
     points: Indices
     slope: Array
 
+    def change(self, moved: Array) -> Array:
+        """Change of the forces under small changes of Phi q, both of shape (s, n_c)."""
+        local = np.take_along_axis(moved[self.samples], self.points, 1)
+        touching = np.zeros((len(self.samples), moved.shape[1]))
+        held = np.einsum("skl,sl->sk", self.slope, local)
+        np.put_along_axis(touching, self.points, held, 1)
+        change = np.zeros_like(moved)
+        change[self.samples] = touching
+        return change
+
 
 class ContactLaw(Protocol):
     """What the harmonic equations ask of a law."""

@@ -9,13 +9,21 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
-from fenics_nnm.nonlinear.levels import levels
+from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
+from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model, levels
 from fenics_nnm.nonlinear.lift import SHARE_DROP, Lift, Stack
-from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.nonlinear.newton import Newton, Solution
 from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
+from fenics_nnm.nonlinear.reduction_error import (
+    NO_ERROR,
+    UNKNOWN_ERROR,
+    ReductionError,
+    reduction_error,
+)
 from fenics_nnm.nonlinear.verdict import judged
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.model import ReducedModel, Scales
+from fenics_nnm.reduction.truncation import Truncation
 
 logger = logging.getLogger(__name__)
 
@@ -82,12 +90,11 @@ class Branch:
 def follow(
     model: ReducedModel,
     continuation: EnergyContinuation,
+    balance: HarmonicBalance,
     *,
     mode: int,
-    harmonics: int,
-    samples: int,
-    multipliers: MultiplierLoop | None = None,
-    general: bool = False,
+    flexibility: FlexibilitySource | None = None,
+    truncation: Truncation | None = None,
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     on_progress: Callable[[float], None] = lambda ratio: None,
 ) -> Branch:
@@ -100,11 +107,11 @@ def follow(
     Args:
         model: Reduced model in SI units.
         continuation: Energies to visit.
+        balance: Series in time, and how contact is found.
         mode: Index of the linear mode that the branch starts at, from 0.
-        harmonics: Number of harmonics N.
-        samples: Number of time samples m a period.
-        multipliers: Augmented Lagrangian, for models with R = 0; with its defaults if None.
-        general: General Fourier series with a phase condition; else time-reversible motion.
+        flexibility: Residual flexibility of the full model, in SI units, for a branch of full
+            order; with multipliers the contact points carry mass.
+        truncation: What the model leaves out, in SI units, for an error estimate of each point.
         on_point: Called with each converged point before the next one is begun; a later point at
             the same energy replaces the earlier one. The check of periodicity comes at the end.
         on_progress: Called with each energy ratio that has been dealt with.
@@ -115,31 +122,38 @@ def follow(
     if not 0 <= mode < model.modes:
         raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
     scaled, scales = model.dimensionless(mode)
-    lift = Lift(
-        levels(
-            scaled,
-            mode=mode,
-            harmonics=harmonics,
-            samples=samples,
-            multipliers=multipliers,
-            general=general,
-        ),
-        mode,
-        continuation.newton,
-    )
-    maker = PointMaker(lift.levels[-1].equations, scales)
+    beyond = flexibility and _dimensionless(flexibility, scales)
+    lift = Lift(levels(scaled, balance, mode=mode, flexibility=beyond), mode, continuation.newton)
+    finest = lift.levels[-1].equations
+    error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
+    maker = PointMaker(finest, scales, error)
     march = _March(lift, maker, continuation, on_point)
     targets = continuation.targets()
     for target in targets:
         march.reach(target)
         on_progress(target)
     march.second_look()
-    series = lift.levels[-1].equations.series
-    points = judged(
-        model, series, [march.points[ratio] for ratio in sorted(march.points)], mode=mode
-    )
+    found = [march.points[ratio] for ratio in sorted(march.points)]
+    obeyed = contact_model(model, balance, full_order=flexibility is not None)
+    points = judged(obeyed, balance.series, found, mode=mode)
     failures = tuple(sorted(march.failures.items()))
     return Branch(points, failures, _reason(continuation, points, failures))
+
+
+def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySource:
+    return lambda omega: source(omega * scales.omega).dimensionless(scales)
+
+
+def _error_estimate(
+    equations: HarmonicEquations, scales: Scales, truncation: Truncation | None, *, full_order: bool
+) -> Callable[[Solution], ReductionError]:
+    """From a solution to the error of the reduction."""
+    if full_order:
+        return lambda solution: NO_ERROR
+    if truncation is None:
+        return lambda solution: UNKNOWN_ERROR
+    known = truncation.dimensionless(scales)
+    return lambda solution: reduction_error(known, equations, solution)
 
 
 @dataclass(slots=True)

@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True)
-class CosineSeries:
-    """Time-reversible motion: a_0 + sum a_n cos(n omega t), n = 1..N.
+class Series(ABC):
+    """How a periodic motion is written in time: N harmonics, m uniform samples of the period.
 
-    The m uniform samples of a period lie symmetric about the half period, so only those of
-    its first half are kept; `weight` counts each as often as it occurs. A mean over the samples
-    is `weight @ values`.
+    c coefficients of the basis functions, s samples kept; a mean over the period is
+    `weight @ values` with values at the samples.
 
     Attributes:
         harmonics: Number of harmonics N.
         samples: Number of uniform time samples m of one period, m > 2N.
-        order: Harmonic number n of each coefficient, shape (N + 1,).
-        phase: omega t of the samples kept, shape (m // 2 + 1,).
-        weight: Share of the period for each of them, shape (m // 2 + 1,).
-        mean_square: Mean over the period of each basis function squared, shape (N + 1,).
-        synthesis: Coefficients to samples, shape (m // 2 + 1, N + 1).
-        analysis: Samples to coefficients, shape (N + 1, m // 2 + 1).
+        order: Harmonic number n of each coefficient, shape (c,).
+        phase: omega t of the samples kept, shape (s,).
+        weight: Share of the period for each of them, shape (s,).
+        mean_square: Mean over the period of each basis function squared, shape (c,).
+        synthesis: Coefficients to samples, shape (s, c).
+        analysis: Samples to coefficients, shape (c, s).
 
     Raises:
         ModelError: if m < 2N + 1, which would alias the highest harmonic.
@@ -43,15 +43,13 @@ class CosineSeries:
 
     def __post_init__(self) -> None:
         _check_samples(self.harmonics, self.samples)
-        order = np.arange(self.harmonics + 1.0)
-        half = np.arange(self.samples // 2 + 1)
-        occurs_once = (half == 0) | (2 * half == self.samples)
-        weight = np.where(occurs_once, 1.0, 2.0) / self.samples
+        order, (kept, weight) = self._orders(), self._kept_samples()
+        phase = 2 * np.pi * kept / self.samples
         mean_square = np.where(order == 0, 1.0, 0.5)
-        synthesis = self.basis_at(2 * np.pi * half / self.samples)
+        synthesis = self.basis_at(phase)
         values = {
             "order": order,
-            "phase": 2 * np.pi * half / self.samples,
+            "phase": phase,
             "weight": weight,
             "mean_square": mean_square,
             "synthesis": synthesis,
@@ -60,6 +58,49 @@ class CosineSeries:
         for name, value in values.items():
             value.setflags(write=False)
             object.__setattr__(self, name, value)
+
+    @property
+    @abstractmethod
+    def free_phase(self) -> bool:
+        """Whether a shift in time gives another motion of the series."""
+
+    @abstractmethod
+    def basis_at(self, phase: Array) -> Array:
+        """Basis functions at given phases omega t, shape (len(phase), c)."""
+
+    @abstractmethod
+    def rate_at(self, phase: Array) -> Array:
+        """Derivatives of the basis functions by the phase, shape (len(phase), c)."""
+
+    @abstractmethod
+    def rotation(self) -> Array:
+        """Derivative by the phase as a matrix on the coefficients, shape (c, c)."""
+
+    @abstractmethod
+    def interpolated(self, values: Array, phase: Array) -> Array:
+        """Values at phases of a period, linear between those at the samples, (len(phase), n)."""
+
+    @abstractmethod
+    def fitted(self, coefficients: Array) -> Array:
+        """Coefficients of another truncation, cut or filled with zeros to c rows."""
+
+    @abstractmethod
+    def _orders(self) -> Array:
+        """Harmonic number of each coefficient."""
+
+    @abstractmethod
+    def _kept_samples(self) -> tuple[Indices, Array]:
+        """Numbers of the samples kept, and the share of the period for each."""
+
+
+class CosineSeries(Series):
+    """Time-reversible motion: a_0 + sum a_n cos(n omega t), n = 1..N.
+
+    The m uniform samples of a period lie symmetric about the half period, so only those of
+    its first half are kept, s = m // 2 + 1; `weight` counts each as often as it occurs.
+    """
+
+    __slots__ = ()
 
     @property
     def free_phase(self) -> bool:
@@ -88,55 +129,23 @@ class CosineSeries:
         """Coefficients of another truncation, cut or filled with zeros to N + 1 rows."""
         return _cut_or_filled(coefficients, self.harmonics + 1)
 
+    def _orders(self) -> Array:
+        return np.arange(self.harmonics + 1.0)
 
-@dataclass(frozen=True, slots=True)
-class FourierSeries:
+    def _kept_samples(self) -> tuple[Indices, Array]:
+        half = np.arange(self.samples // 2 + 1)
+        occurs_once = (half == 0) | (2 * half == self.samples)
+        return half, np.where(occurs_once, 1.0, 2.0) / self.samples
+
+
+class FourierSeries(Series):
     """General periodic motion: a_0 + sum a_n cos(n omega t) + b_n sin(n omega t), n = 1..N.
 
     Rows of coefficients are a_0, a_1 .. a_N, b_1 .. b_N. A shift in time gives the same motion, so
     a phase condition belongs to it.
-
-    Attributes:
-        harmonics: Number of harmonics N.
-        samples: Number of uniform time samples m of one period, m > 2N.
-        order: Harmonic number n of each coefficient, shape (2 N + 1,).
-        phase: omega t of the samples, shape (m,).
-        weight: Share of the period for each sample, shape (m,).
-        mean_square: Mean over the period of each basis function squared, shape (2 N + 1,).
-        synthesis: Coefficients to samples, shape (m, 2 N + 1).
-        analysis: Samples to coefficients, shape (2 N + 1, m).
-
-    Raises:
-        ModelError: if m < 2N + 1, which would alias the highest harmonic.
     """
 
-    harmonics: int
-    samples: int
-    order: Array = field(init=False, repr=False)
-    phase: Array = field(init=False, repr=False)
-    weight: Array = field(init=False, repr=False)
-    mean_square: Array = field(init=False, repr=False)
-    synthesis: Array = field(init=False, repr=False)
-    analysis: Array = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        _check_samples(self.harmonics, self.samples)
-        numbers = np.arange(1.0, self.harmonics + 1)
-        order = np.concatenate([[0.0], numbers, numbers])
-        mean_square = np.where(order == 0, 1.0, 0.5)
-        phase = 2 * np.pi * np.arange(self.samples) / self.samples
-        synthesis = self.basis_at(phase)
-        values = {
-            "order": order,
-            "phase": phase,
-            "weight": np.full(self.samples, 1 / self.samples),
-            "mean_square": mean_square,
-            "synthesis": synthesis,
-            "analysis": synthesis.T / self.samples / mean_square[:, None],
-        }
-        for name, value in values.items():
-            value.setflags(write=False)
-            object.__setattr__(self, name, value)
+    __slots__ = ()
 
     @property
     def free_phase(self) -> bool:
@@ -173,9 +182,12 @@ class FourierSeries:
         sines = _cut_or_filled(coefficients[given + 1 :], self.harmonics)
         return np.vstack([cosines, sines])
 
+    def _orders(self) -> Array:
+        numbers = np.arange(1.0, self.harmonics + 1)
+        return np.concatenate([[0.0], numbers, numbers])
 
-Series = CosineSeries | FourierSeries
-"""How a motion is written in time."""
+    def _kept_samples(self) -> tuple[Indices, Array]:
+        return np.arange(self.samples), np.full(self.samples, 1 / self.samples)
 
 
 def _check_samples(harmonics: int, samples: int) -> None:

@@ -7,24 +7,53 @@ further level adds modes and harmonics and starts from the solution of the level
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.nonlinear.augmented_lagrangian import (
     MultiplierLoop,
-    first_law,
     solve_with_multipliers,
 )
 from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.nonlinear.full_order import Equations
+from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource, full_order_solution
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
 from fenics_nnm.reduction.model import ReducedModel
 
 #: Modes and harmonics of the levels; the last one is what the study asks for.
 LADDER = ((1, 2), (2, 2), (3, 3), (6, 4), (8, 5), (12, 8), (20, 10), (30, 15), (40, 20), (80, 40))
+
+
+@dataclass(frozen=True, slots=True)
+class HarmonicBalance:
+    """How motions are written in time, and how contact is found.
+
+    Attributes:
+        harmonics: Number of harmonics N.
+        samples: Number of time samples m a period, at least 2 N + 1.
+        general: Sines too, with a phase condition; else the cosines of a time-reversible motion.
+        multipliers: Augmented Lagrangian, for contact points that carry mass; its defaults if
+            None where the model has R = 0.
+    """
+
+    harmonics: int
+    samples: int
+    general: bool = False
+    multipliers: MultiplierLoop | None = None
+
+    @property
+    def series(self) -> Series:
+        """Series in time."""
+        return self.truncated(self.harmonics)
+
+    def truncated(self, harmonics: int) -> Series:
+        """Series of the same samples with another number of harmonics."""
+        return (FourierSeries if self.general else CosineSeries)(harmonics, self.samples)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,27 +74,29 @@ class Level:
         modes: Indices of its modes in the full model, ascending.
         total_modes: Number of modes of the full model.
         multipliers: How contact is found where the points carry mass, else None.
+        flexibility: What the full model adds to these modes at full order, else None.
     """
 
     equations: HarmonicEquations
     modes: Indices
     total_modes: int
-    multipliers: MultiplierLoop | None
+    multipliers: MultiplierLoop | None = None
+    flexibility: FlexibilitySource | None = None
 
     def solve(self, gamma: float, guess: Guess, newton: Newton) -> Solution:
         """Motion of given gamma, by the method that the model asks for."""
-        if self.multipliers is None:
-            target = FixedEnergy(gamma)
-            return solve(self.equations, target, guess.q, guess.omega, options=newton)
-        return solve_with_multipliers(
-            self.equations,
-            gamma,
-            guess.q,
-            guess.omega,
-            guess.force,
-            loop=self.multipliers,
-            newton=newton,
-        )
+
+        def solved(equations: Equations, q: Array, omega: float, force: Array) -> Solution:
+            if self.multipliers is None:
+                return solve(equations, FixedEnergy(gamma), q, omega, options=newton)
+            return solve_with_multipliers(
+                equations, gamma, q, omega, force, loop=self.multipliers, newton=newton
+            )
+
+        start = (guess.q, guess.omega, guess.force)
+        if self.flexibility is None:
+            return solved(self.equations, *start)
+        return full_order_solution(self.equations, self.flexibility, solved, *start)
 
     def restricted(self, q: Array) -> Array:
         """Coefficients of this level from coefficients over all modes."""
@@ -80,33 +111,56 @@ class Level:
 
 def levels(
     model: ReducedModel,
+    balance: HarmonicBalance,
     *,
     mode: int,
-    harmonics: int,
-    samples: int,
-    multipliers: MultiplierLoop | None = None,
-    general: bool = False,
+    flexibility: FlexibilitySource | None = None,
 ) -> tuple[Level, ...]:
     """Levels from the followed mode alone to all modes and harmonics of the study.
 
     Args:
         model: Full reduced model, dimensionless.
+        balance: Series and multipliers of the finest level. The levels below have R > 0 from the
+            modes that they leave out, and use complementarity.
         mode: Index of the followed mode, from 0. It is part of every level.
-        harmonics: Harmonics N of the finest level.
-        samples: Time samples m a period, the same at every level.
-        multipliers: How contact is found at the finest level of a model with R = 0. The levels
-            below have R > 0 from the modes that they leave out, and use complementarity.
-        general: Sines too, instead of the cosines of a time-reversible motion.
+        flexibility: Makes a last level of full order, massless boundary or, with multipliers,
+            mass-carrying.
     """
-    sizes = [size for size in LADDER if size[0] < model.modes or size[1] < harmonics]
-    clipped = [(min(J, model.modes), min(N, harmonics)) for J, N in sizes]
-    distinct = sorted({*clipped, (model.modes, harmonics)})
+    sizes = [size for size in LADDER if size[0] < model.modes or size[1] < balance.harmonics]
+    clipped = [(min(J, model.modes), min(N, balance.harmonics)) for J, N in sizes]
+    distinct = sorted({*clipped, (model.modes, balance.harmonics)})
     parts = [(_part(model, mode, J), N) for J, N in distinct]
-    loop = multipliers or MultiplierLoop()
-    return tuple(
-        _level(model, chosen, (FourierSeries if general else CosineSeries)(N, samples), loop)
+    multipliers = balance.multipliers
+    reduced = tuple(
+        _level(model, chosen, balance.truncated(N), multipliers or MultiplierLoop())
         for chosen, N in parts
         if len(chosen) == model.modes or model.with_modes(chosen).massless
+    )
+    if flexibility is None:
+        return reduced
+    return (*reduced, _full_order(reduced[-1], flexibility, balance))
+
+
+def contact_model(
+    model: ReducedModel, balance: HarmonicBalance, *, full_order: bool
+) -> ReducedModel:
+    """The model that contact obeys: at full order with multipliers, R is part of R(s)."""
+    if full_order and balance.multipliers is not None:
+        return replace(model, R=np.zeros_like(model.R))
+    return model
+
+
+def _full_order(finest: Level, flexibility: FlexibilitySource, balance: HarmonicBalance) -> Level:
+    """Full order on the modes of the finest reduced level."""
+    if balance.multipliers is None:
+        return replace(finest, flexibility=flexibility)
+    model = finest.equations.model
+    obeyed = contact_model(model, balance, full_order=True)
+    return replace(
+        finest,
+        equations=replace(finest.equations, model=obeyed),
+        multipliers=balance.multipliers,
+        flexibility=lambda omega: flexibility(omega).with_static(model.R),
     )
 
 
@@ -119,7 +173,6 @@ def _level(model: ReducedModel, chosen: Indices, series: Series, loop: Multiplie
     part = model.with_modes(chosen)
     if part.massless:
         law = Complementarity(part.R, part.gap)
-        return Level(HarmonicEquations(part, series, law), chosen, model.modes, None)
-    nothing = np.zeros((len(series.phase), part.points))
-    equations = HarmonicEquations(part, series, first_law(part, loop, nothing))
-    return Level(equations, chosen, model.modes, loop)
+        return Level(HarmonicEquations(part, series, law), chosen, model.modes)
+    open_gap = AugmentedLagrangian(part.gap, np.zeros(1), np.zeros(1))
+    return Level(HarmonicEquations(part, series, open_gap), chosen, model.modes, loop)

@@ -175,10 +175,9 @@ class Lift:
         """Virial of the contact forces over that of the coarsest level; 1 where that has none."""
         if level is self.levels[0] or gamma_ratio <= 1 + 1e-9:
             return 1.0
-        coarsest = self.levels[0].equations
         alone = self.coarse(gamma_ratio)
-        reference = coarsest.energies(alone.q, alone.forces).virial if alone else 0.0
-        found = level.equations.energies(solution.q, solution.forces)
+        reference = alone.energies.virial if alone else 0.0
+        found = solution.energies
         if not reference:
             return float(found.virial > 1e3 * self.newton.tolerance * found.stiffness)
         return found.virial / reference

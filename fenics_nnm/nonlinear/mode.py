@@ -5,7 +5,7 @@ Everything here is dimensionless or not as its model is; nothing depends on the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,9 +71,22 @@ class HarmonicEquations:
         """Shape of the coefficients: (N + 1, J)."""
         return len(self.series.order), self.model.modes
 
-    def forces(self, q: Array) -> ContactForces:
+    @property
+    def static_flexibility(self) -> Array:
+        """Static flexibility of each contact point, shape (n_c,)."""
+        return self.model.static_flexibility
+
+    def with_law(self, law: ContactLaw) -> HarmonicEquations:
+        """The same under another contact law."""
+        return replace(self, law=law)
+
+    def free_harmonics(self, q: Array, omega: float) -> Array:
+        """Harmonics of the free displacement Phi q of the contact points, shape (N + 1, n_c)."""
+        return q @ self.model.Phi.T
+
+    def forces(self, q: Array, omega: float) -> ContactForces:
         """Contact forces at the samples of the motion q."""
-        return self.law(self.series.synthesis @ q @ self.model.Phi.T)
+        return self.law(self.series.synthesis @ self.free_harmonics(q, omega))
 
     def dynamic_stiffness(self, omega: float) -> Array:
         """omega_j^2 - n^2 omega^2, shape (N + 1, J)."""
@@ -110,19 +123,19 @@ class HarmonicEquations:
             matrix += drift * np.kron(self.series.rotation(), np.eye(modes))
         return matrix
 
-    def frequency_column(self, q: Array, omega: float) -> Array:
+    def frequency_column(self, q: Array, omega: float, forces: ContactForces) -> Array:
         """Derivative of the residual by omega, shape (N + 1, J)."""
         return -2 * omega * self.series.order[:, None] ** 2 * q
 
-    def gamma(self, q: Array) -> float:
+    def gamma(self, q: Array, omega: float) -> float:
         """Modal energy coordinate gamma = m^ / 2."""
-        return float(np.sum(self._gamma_weight * q**2) / 2)
+        return float(np.sum(self.gamma_weight * q**2) / 2)
 
-    def gamma_gradient(self, q: Array) -> Array:
-        """Derivative of gamma by q, shape (N + 1, J)."""
-        return self._gamma_weight * q
+    def gamma_gradient(self, q: Array, omega: float) -> tuple[Array, float]:
+        """Derivatives of gamma by q, shape (N + 1, J), and by omega."""
+        return self.gamma_weight * q, 0.0
 
-    def energies(self, q: Array, forces: ContactForces) -> Energies:
+    def energies(self, q: Array, omega: float, forces: ContactForces) -> Energies:
         """Energies of the motion; the strain energy of R is the mean of lambda^T R lambda."""
         mean_square = self.series.mean_square[:, None]
         residual_part = np.einsum("sc,cd,sd->s", forces.force, self.model.R, forces.force)
@@ -131,7 +144,7 @@ class HarmonicEquations:
                 np.sum(mean_square * (self.model.omega * q) ** 2)
                 + self.series.weight @ residual_part
             ),
-            mass=2 * self.gamma(q),
+            mass=2 * self.gamma(q, omega),
             virial=float(self.series.weight @ (forces.force @ self.model.gap)),
         )
 
@@ -144,5 +157,6 @@ class HarmonicEquations:
         return float(np.linalg.norm(residual / self.row_scale(omega)) / np.linalg.norm(q))
 
     @property
-    def _gamma_weight(self) -> Array:
+    def gamma_weight(self) -> Array:
+        """Mean square of each basis function times n^2, shape (N + 1, 1)."""
         return (self.series.mean_square * self.series.order**2)[:, None]

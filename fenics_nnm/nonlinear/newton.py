@@ -9,16 +9,17 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import ContactForces
-from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.nonlinear.full_order import Equations
+from fenics_nnm.nonlinear.mode import Energies
 
 
 class Constraint(Protocol):
     """The equation that picks one motion of the branch."""
 
-    def value(self, equations: HarmonicEquations, q: Array, omega: float) -> float:
+    def value(self, equations: Equations, q: Array, omega: float) -> float:
         """Left-hand side, of order one where violated."""
 
-    def gradient(self, equations: HarmonicEquations, q: Array, omega: float) -> tuple[Array, float]:
+    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
         """Derivatives of the left-hand side by q, shape (N + 1, J), and by omega."""
 
 
@@ -28,13 +29,14 @@ class FixedEnergy:
 
     gamma: float
 
-    def value(self, equations: HarmonicEquations, q: Array, omega: float) -> float:
+    def value(self, equations: Equations, q: Array, omega: float) -> float:
         """Relative distance from the wanted gamma."""
-        return equations.gamma(q) / self.gamma - 1
+        return equations.gamma(q, omega) / self.gamma - 1
 
-    def gradient(self, equations: HarmonicEquations, q: Array, omega: float) -> tuple[Array, float]:
+    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
         """Derivatives by q and omega."""
-        return equations.gamma_gradient(q) / self.gamma, 0.0
+        by_q, by_omega = equations.gamma_gradient(q, omega)
+        return by_q / self.gamma, by_omega / self.gamma
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,9 @@ class Solution:
         q: Coefficients, shape (N + 1, J).
         omega: Circular frequency.
         forces: Contact forces at the samples.
+        free: Harmonics of the free displacement of the contact points, shape (N + 1, n_c); what
+            they move is this less R lambda.
+        energies: Energies.
         residual: Relative residual.
         iterations: Newton steps taken.
         failure: Empty where converged, else why not and which parameter would help.
@@ -77,6 +82,8 @@ class Solution:
     q: Array
     omega: float
     forces: ContactForces
+    free: Array
+    energies: Energies
     residual: float
     iterations: int
     failure: str = ""
@@ -88,15 +95,16 @@ class Solution:
 
 
 @dataclass(frozen=True, slots=True)
-class _Unknowns:
-    """Motion, frequency, and the drift that goes with a fixed phase (0 where none is fixed)."""
+class Unknowns:
+    """Coefficients, frequency, and the drift that goes with a fixed phase, else 0."""
 
     q: Array
     omega: float
     drift: float = 0.0
 
-    def moved(self, step: _Unknowns, fraction: float) -> _Unknowns:
-        return _Unknowns(
+    def moved(self, step: Unknowns, fraction: float) -> Unknowns:
+        """These, and a fraction of a step."""
+        return Unknowns(
             self.q + fraction * step.q,
             self.omega + fraction * step.omega,
             self.drift + fraction * step.drift,
@@ -105,7 +113,7 @@ class _Unknowns:
 
 @dataclass(frozen=True, slots=True)
 class _Trial:
-    at: _Unknowns
+    at: Unknowns
     forces: ContactForces
     residual: Array
     constraint: float
@@ -117,7 +125,7 @@ class _Trial:
 
 
 def solve(
-    equations: HarmonicEquations,
+    equations: Equations,
     constraint: Constraint,
     q: Array,
     omega: float,
@@ -130,17 +138,49 @@ def solve(
     of the guess keeps its first sine.
     """
     iteration = _Iteration(equations, constraint, options or Newton(), int(np.argmax(np.abs(q[1]))))
-    return iteration.run(_Unknowns(q, omega))
+    return iteration.run(Unknowns(q, omega))
+
+
+def bordered_jacobian(
+    equations: Equations, constraint: Constraint, at: Unknowns, forces: ContactForces, pinned: int
+) -> Array:
+    """Derivative of equations, constraint and, in a general series, the phase.
+
+    Columns are q, omega and the drift; the equations are divided by their row scale.
+
+    Args:
+        equations: Harmonic equations.
+        constraint: Constraint.
+        at: Where to differentiate.
+        forces: Contact forces there.
+        pinned: Coordinate whose first sine fixes the phase of a general series.
+    """
+    scale = equations.row_scale(at.omega).ravel()
+    size = at.q.size
+    free_phase = equations.series.free_phase
+    matrix = np.zeros((size + 1 + free_phase, size + 1 + free_phase))
+    jacobian = equations.jacobian(at.omega, forces, at.drift)
+    column = equations.frequency_column(at.q, at.omega, forces)
+    matrix[:size, :size] = jacobian / scale[:, None]
+    matrix[:size, size] = column.ravel() / scale
+    by_q, by_omega = constraint.gradient(equations, at.q, at.omega)
+    matrix[size, :size] = by_q.ravel()
+    matrix[size, size] = by_omega
+    if free_phase:
+        first_sine = (equations.series.harmonics + 1) * at.q.shape[1] + pinned
+        matrix[:size, size + 1] = equations.drift_column(at.q).ravel() / scale
+        matrix[size + 1, first_sine] = 1.0
+    return matrix
 
 
 @dataclass(frozen=True, slots=True)
 class _Iteration:
-    equations: HarmonicEquations
+    equations: Equations
     constraint: Constraint
     options: Newton
     pinned: int
 
-    def run(self, start: _Unknowns) -> Solution:
+    def run(self, start: Unknowns) -> Solution:
         trial, failure, leaps = self.evaluated(start), "", 0
         for iteration in range(self.options.iterations + 1):
             if trial.merit <= self.options.tolerance:
@@ -166,13 +206,15 @@ class _Iteration:
             q=trial.at.q,
             omega=trial.at.omega,
             forces=trial.forces,
+            free=self.equations.free_harmonics(trial.at.q, trial.at.omega),
+            energies=self.equations.energies(trial.at.q, trial.at.omega, trial.forces),
             residual=trial.relative,
             iterations=iteration,
             failure=f"{failure} (residual {trial.relative:.1e})" if failure else "",
         )
 
-    def evaluated(self, at: _Unknowns) -> _Trial:
-        forces = self.equations.forces(at.q)
+    def evaluated(self, at: Unknowns) -> _Trial:
+        forces = self.equations.forces(at.q, at.omega)
         residual = self.equations.residual(at.q, at.omega, forces, at.drift)
         return _Trial(
             at=at,
@@ -182,10 +224,13 @@ class _Iteration:
             relative=self.equations.relative_residual(at.q, at.omega, residual),
         )
 
-    def bounded_step(self, trial: _Trial) -> _Unknowns | None:
+    def bounded_step(self, trial: _Trial) -> Unknowns | None:
         """Newton's step, shortened to the largest step allowed; None where it has no solution."""
         try:
-            step = -np.linalg.solve(*self.linear_system(trial))
+            matrix = bordered_jacobian(
+                self.equations, self.constraint, trial.at, trial.forces, self.pinned
+            )
+            step = -np.linalg.solve(matrix, self.right_hand_side(trial))
         except np.linalg.LinAlgError:
             return None
         if not np.all(np.isfinite(step)):
@@ -200,30 +245,15 @@ class _Iteration:
             longest / max(float(np.linalg.norm(motion)), 1e-300),
         )
         drift = float(step[size + 1]) if len(step) > size + 1 else 0.0
-        return _Unknowns(shrink * motion, shrink * frequency, shrink * drift)
+        return Unknowns(shrink * motion, shrink * frequency, shrink * drift)
 
-    def linear_system(self, trial: _Trial) -> tuple[Array, Array]:
-        """Matrix and right-hand side: equations, constraint and, in a general series, the phase."""
-        equations, at = self.equations, trial.at
-        scale = equations.row_scale(at.omega).ravel()
-        size = at.q.size
-        free_phase = equations.series.free_phase
-        matrix = np.zeros((size + 1 + free_phase, size + 1 + free_phase))
-        jacobian = equations.jacobian(at.omega, trial.forces, at.drift)
-        matrix[:size, :size] = jacobian / scale[:, None]
-        matrix[:size, size] = equations.frequency_column(at.q, at.omega).ravel() / scale
-        by_q, by_omega = self.constraint.gradient(equations, at.q, at.omega)
-        matrix[size, :size] = by_q.ravel()
-        matrix[size, size] = by_omega
-        right = np.append(trial.residual.ravel() / scale, trial.constraint)
-        if free_phase:
-            first_sine = (equations.series.harmonics + 1) * at.q.shape[1] + self.pinned
-            matrix[:size, size + 1] = equations.drift_column(at.q).ravel() / scale
-            matrix[size + 1, first_sine] = 1.0
-            right = np.append(right, 0.0)
-        return matrix, right
+    def right_hand_side(self, trial: _Trial) -> Array:
+        """Equations, constraint and, in a general series, the phase."""
+        scale = self.equations.row_scale(trial.at.omega)
+        right = np.append((trial.residual / scale).ravel(), trial.constraint)
+        return np.append(right, 0.0) if self.equations.series.free_phase else right
 
-    def line_search(self, trial: _Trial, step: _Unknowns) -> _Trial | None:
+    def line_search(self, trial: _Trial, step: Unknowns) -> _Trial | None:
         """The longest of the fractions 1, 1/2, 1/4 ... that lowers the merit, or None."""
         fraction = 1.0
         while fraction >= self.options.shortest_fraction:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.nonlinear.reduction_error import ReductionError
 from fenics_nnm.reduction.model import Scales
 
 #: The penetration is sought on a time grid finer than the samples by this factor.
@@ -30,6 +32,9 @@ class BranchPoint:
         penetration: Largest penetration between the samples in m, the contact forces
             taken linear between them.
         complementarity: Largest |lambda (w - gap)| at the samples over max lambda times gap.
+        reduction_residual: Residual of the motion in the full-order harmonic equations, in the
+            norm of K^-1, over the square root of k^; 0 at full order, nan if unknown.
+        reduction_error: Relative error of the frequency that is expected of the reduction.
         virial_error: Relative error of omega^2 m^ = k^ + <lambda, gap>.
         contact_fraction: Share of the period with contact somewhere.
         iterations: Newton steps at the finest level.
@@ -52,6 +57,8 @@ class BranchPoint:
     residual: float
     penetration: float
     complementarity: float
+    reduction_residual: float
+    reduction_error: float
     virial_error: float
     contact_fraction: float
     iterations: int
@@ -69,14 +76,16 @@ class PointMaker:
     Attributes:
         equations: Equations of the finest level, dimensionless.
         scales: Units of the dimensionless model.
+        error: From a solution to the error of the reduction.
     """
 
     equations: HarmonicEquations
     scales: Scales
+    error: Callable[[Solution], ReductionError]
 
     def point(self, gamma_ratio: float, solution: Solution) -> BranchPoint:
         """The point that belongs to a converged solution."""
-        energies = self.equations.energies(solution.q, solution.forces)
+        energies, error = solution.energies, self.error(solution)
         hertz = self.scales.omega / (2 * np.pi)
         in_contact = (solution.forces.force > 0).any(axis=1)
         return BranchPoint(
@@ -88,6 +97,8 @@ class PointMaker:
             residual=solution.residual,
             penetration=self._penetration(solution) * self.scales.length,
             complementarity=self._complementarity(solution),
+            reduction_residual=error.residual,
+            reduction_error=error.frequency,
             virial_error=energies.virial_error(solution.omega),
             contact_fraction=float(self.equations.series.weight @ in_contact),
             iterations=solution.iterations,
@@ -102,13 +113,13 @@ class PointMaker:
         model, series = self.equations.model, self.equations.series
         phase = 2 * np.pi * np.arange(_FINER * series.samples) / (_FINER * series.samples)
         force = series.interpolated(solution.forces.force, phase)
-        displacement = series.basis_at(phase) @ solution.q @ model.Phi.T - force @ model.R
+        displacement = series.basis_at(phase) @ solution.free - force @ model.R
         return max(0.0, float((displacement - model.gap).max()))
 
     def _complementarity(self, solution: Solution) -> float:
         model, force = self.equations.model, solution.forces.force
         if not force.any():
             return 0.0
-        displacement = self.equations.series.synthesis @ solution.q @ model.Phi.T - force @ model.R
+        displacement = self.equations.series.synthesis @ solution.free - force @ model.R
         product = np.abs(force * (displacement - model.gap)).max()
         return float(product / (force.max() * model.gap.min()))

@@ -21,6 +21,8 @@ COLUMNS = {
     "virial_error": "virial_error",
     "contact_fraction": "contact_fraction",
     "status": "status",
+    "reduction_residual": "reduction_residual",
+    "reduction_error": "reduction_error",
 }
 
 

@@ -95,6 +95,12 @@ class ReducedModel:
         return bool(eigenvalues[0] > _SINGULAR * eigenvalues[-1])
 
     @property
+    def static_flexibility(self) -> Array:
+        """Static flexibility of each contact point in m/N, shape (n_c,)."""
+        modal = np.sum((self.Phi / self.omega) ** 2, axis=1)
+        return np.asarray(modal + np.diagonal(self.R))
+
+    @property
     def points(self) -> int:
         """Number of contact points n_c."""
         return int(np.size(self.gap))

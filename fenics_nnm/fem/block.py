@@ -1,0 +1,56 @@
+"""Blocks of columns at the degrees of freedom that a rank owns, and PETSc matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from fenics_nnm.arrays import Array
+
+
+def use_mumps(ksp: PETSc.KSP) -> None:
+    """Solve by one Cholesky (LDL^T) factorisation of MUMPS."""
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.getPC().setType(PETSc.PC.Type.CHOLESKY)
+    ksp.getPC().setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+
+
+def solved(ksp: PETSc.KSP, columns: Array) -> Array:
+    """Solutions for right-hand sides of shape (n_owned, k), all at once."""
+    comm = ksp.comm
+    right, left = _dense(columns, comm), _dense(np.zeros_like(columns), comm)
+    ksp.matSolve(right, left)
+    solution = np.array(left.getDenseArray(readonly=True))
+    right.destroy()
+    left.destroy()
+    return solution
+
+
+def product(matrix: PETSc.Mat, columns: Array) -> Array:
+    """Matrix times columns of shape (n_owned, k)."""
+    right, left = matrix.createVecs()
+    result = np.empty_like(columns)
+    for column in range(columns.shape[1]):
+        right.array[:] = columns[:, column]
+        matrix.mult(right, left)
+        result[:, column] = left.array_r
+    right.destroy()
+    left.destroy()
+    return result
+
+
+def gram(comm: MPI.Comm, left: Array, right: Array) -> Array:
+    """left^T right over all ranks, made symmetric."""
+    whole = comm.allreduce(left.T @ right)
+    return np.asarray((whole + whole.T) / 2)
+
+
+def _dense(columns: Array, comm: PETSc.Comm) -> PETSc.Mat:
+    matrix = PETSc.Mat().createDense(
+        ((len(columns), PETSc.DETERMINE), (PETSc.DECIDE, columns.shape[1])),
+        array=np.asfortranarray(columns),
+        comm=comm,
+    )
+    matrix.assemble()
+    return matrix

@@ -1,0 +1,122 @@
+"""Full order: the finite-element model at the frequencies of the harmonics."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+import numpy as np
+from petsc4py import PETSc
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.fem.block import gram, product, solved, use_mumps
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
+from fenics_nnm.reduction.truncation import MasslessTruncation
+
+
+class HarmonicSolver:
+    """Residual flexibility D of the harmonics about a frequency; a context manager.
+
+    One matrix Z = K - s M and one symbolic factorisation serve all harmonics, one after the
+    other. A harmonic is factorised again only where its parabola about an earlier s is not
+    accurate any more. The J modes that stay explicit are projected out of right-hand sides and
+    solutions, so s may come near one of their frequencies.
+
+    PETSc options take the prefix `nnm_harmonic_`.
+
+    Attributes:
+        factorisations: Number of numeric factorisations so far.
+    """
+
+    def __init__(self, analysis: LinearAnalysis, *, harmonics: int) -> None:
+        """Prepare for a massless-boundary analysis, whose modes stay explicit, and N harmonics."""
+        truncation = analysis.truncation
+        assert isinstance(truncation, MasslessTruncation)
+        solid = analysis.solid
+        self._analysis = analysis
+        self._comm = solid.tagged.mesh.comm
+        self._mass_shapes = product(solid.mass, analysis.shapes)
+        self._forces = (
+            analysis.interface.unit_forces(solid.owned) - self._mass_shapes @ analysis.model.Phi.T
+        )
+        self._mass_static = product(solid.mass, analysis.residual_shapes)
+        self._allowed = ACCURACY * float(analysis.model.static_flexibility.max())
+        self._known = ResidualFlexibility.static(truncation.slope, truncation.curvature, harmonics)
+        self._matrix = solid.stiffness.copy()
+        self._ksp = PETSc.KSP().create(solid.stiffness.comm)
+        self._ksp.setOptionsPrefix("nnm_harmonic_")
+        use_mumps(self._ksp)
+        self.factorisations = 0
+
+    def __enter__(self) -> HarmonicSolver:
+        """Enter the context."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Free the factorisation."""
+        self._ksp.destroy()
+        self._matrix.destroy()
+
+    def __call__(self, omega: float) -> ResidualFlexibility:
+        """D of all harmonics, accurate about omega in rad/s; called on all ranks alike.
+
+        Raises:
+            ConvergenceError: if a factorisation fails.
+        """
+        for n in np.flatnonzero(self._known.error(omega) > self._allowed):
+            self._known = self._known.renewed(int(n), *self._parabola((n * omega) ** 2))
+        return self._known
+
+    def inertial_displacement(self, omega: float, ell: Array) -> Array:
+        """What inertia adds to the static residual shapes: (X_n - X_0) ell_n.
+
+        Args:
+            omega: Circular frequency in rad/s.
+            ell: Harmonics n = 0..N of the contact forces in N, shape (N + 1, n_c).
+
+        Returns:
+            Displacements in m, shape (N + 1, n_owned).
+        """
+        added = np.zeros((len(ell), len(self._mass_static)))
+        for n in range(1, len(ell)):
+            s = (n * omega) ** 2
+            self._factorise(s)
+            inertia = s * (self._mass_static @ ell[n])
+            added[n] = self._deflated(solved(self._ksp, inertia[:, None]))[:, 0]
+        return added
+
+    def _parabola(self, s: float) -> tuple[float, Array, Array, Array]:
+        """Centre, D, D' and D'' / 2 at s."""
+        self._factorise(s)
+        X = self._deflated(solved(self._ksp, self._forces))
+        mass_X = product(self._analysis.solid.mass, X)
+        second = solved(self._ksp, mass_X)
+        value = s * gram(self._comm, self._mass_static, X)
+        return s, value, gram(self._comm, X, mass_X), gram(self._comm, mass_X, second)
+
+    def _factorise(self, s: float) -> None:
+        solid = self._analysis.solid
+        same = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+        solid.stiffness.copy(self._matrix, same)
+        self._matrix.axpy(-s, solid.mass, same)
+        self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        self._ksp.setOperators(self._matrix)
+        try:
+            self._ksp.setUp()
+        except PETSc.Error as error:
+            raise ConvergenceError(
+                f"K - s M cannot be factorised at {np.sqrt(s) / 2 / np.pi:.6g} Hz "
+                f"(PETSc error {error.ierr}): no memory?"
+            ) from error
+        self.factorisations += 1
+
+    def _deflated(self, X: Array) -> Array:
+        """Without the explicit modes, which round-off brings in near their frequencies."""
+        part = self._comm.allreduce(self._mass_shapes.T @ X)
+        return np.asarray(X - self._analysis.shapes @ part)

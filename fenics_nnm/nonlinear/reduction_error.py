@@ -1,0 +1,125 @@
+"""A posteriori error of a reduction: how far a motion is from solving the full-order equations.
+
+The motion of a reduced model, put into the harmonic equations of the full model, leaves a residual.
+Its size, and the change of frequency that one linearised step from there gives, need only
+products with what the reduction left out, which were made once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.fourier import Series
+from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.nonlinear.newton import FixedEnergy, Solution, Unknowns, bordered_jacobian
+from fenics_nnm.reduction.flexibility import ResidualFlexibility
+from fenics_nnm.reduction.truncation import GalerkinTruncation, MasslessTruncation, Truncation
+
+
+@dataclass(frozen=True, slots=True)
+class ReductionError:
+    """Error of a motion that comes from the reduction alone.
+
+    Attributes:
+        residual: Norm of the residual in K^-1, over the square root of k^.
+        frequency: Expected relative error of the frequency, at the same gamma.
+    """
+
+    residual: float
+    frequency: float
+
+
+#: Error at full order, and of a model that is all there is to know of a structure.
+NO_ERROR = ReductionError(0.0, 0.0)
+UNKNOWN_ERROR = ReductionError(float("nan"), float("nan"))
+
+
+@dataclass(frozen=True, slots=True)
+class _LeftOut:
+    """Square of the residual, and what the full order adds to the equations and to gamma."""
+
+    square: float
+    equations: Array
+    gamma: float
+
+
+def reduction_error(
+    truncation: Truncation, equations: HarmonicEquations, solution: Solution
+) -> ReductionError:
+    """Error of a solution of reduced equations; all arguments dimensionless alike.
+
+    Args:
+        truncation: What the reduced model leaves out.
+        equations: Equations of the reduced model.
+        solution: A converged solution.
+    """
+    if isinstance(truncation, MasslessTruncation):
+        left_out = _massless(truncation, equations, solution)
+    else:
+        left_out = _galerkin(truncation, equations, solution)
+    return ReductionError(
+        residual=float(np.sqrt(max(left_out.square, 0.0) / solution.energies.stiffness)),
+        frequency=-_frequency_step(equations, solution, left_out) / solution.omega,
+    )
+
+
+def _massless(
+    truncation: MasslessTruncation, equations: HarmonicEquations, solution: Solution
+) -> _LeftOut:
+    """The flexibility D moves the contact points by -D lambda_n, and its mass adds to gamma."""
+    series, forces = equations.series, solution.forces
+    flexibility = ResidualFlexibility.static(
+        truncation.slope, truncation.curvature, series.harmonics
+    )
+    D, slope, _ = (part[series.order.astype(int)] for part in flexibility.at(solution.omega))
+    ell = equations.force_harmonics(forces)
+    change = forces.change(series.synthesis @ -np.einsum("ncd,nd->nc", D, ell))
+    return _LeftOut(
+        square=_weighted(series, solution.omega, ell, truncation.curvature),
+        equations=series.analysis @ change @ equations.model.Phi,
+        gamma=float(np.sum(equations.gamma_weight * ell * np.einsum("ncd,nd->nc", slope, ell)) / 2),
+    )
+
+
+def _galerkin(
+    truncation: GalerkinTruncation, equations: HarmonicEquations, solution: Solution
+) -> _LeftOut:
+    """The displacements that the basis lacks soften each harmonic by (n omega)^4 T^T K T."""
+    series, q = equations.series, solution.q
+    fourth = (series.order * solution.omega)[:, None] ** 4
+    softer = -fourth * (q @ truncation.curvature)
+    return _LeftOut(
+        square=_weighted(series, solution.omega, q, truncation.curvature),
+        equations=softer,
+        gamma=-float(np.sum(series.mean_square[:, None] * q * softer) / solution.omega**2),
+    )
+
+
+def _weighted(series: Series, omega: float, rows: Array, matrix: Array) -> float:
+    """Mean over the period of (n omega)^4 x_n^T matrix x_n."""
+    fourth = (series.order * omega) ** 4
+    return float(np.sum(series.mean_square * fourth * np.sum(rows * (rows @ matrix), axis=1)))
+
+
+def _frequency_step(equations: HarmonicEquations, solution: Solution, left_out: _LeftOut) -> float:
+    """Change of omega in one linearised step to the full-order equations at the same gamma."""
+    gamma = solution.energies.gamma
+    pinned = int(np.argmax(np.abs(solution.q[1])))
+    matrix = bordered_jacobian(
+        equations,
+        FixedEnergy(gamma),
+        Unknowns(solution.q, solution.omega),
+        solution.forces,
+        pinned,
+    )
+    scale = equations.row_scale(solution.omega)
+    right = np.append((left_out.equations / scale).ravel(), left_out.gamma / gamma)
+    if equations.series.free_phase:
+        right = np.append(right, 0.0)
+    try:
+        return float(-np.linalg.solve(matrix, right)[solution.q.size])
+    except np.linalg.LinAlgError:
+        return float("nan")

@@ -47,6 +47,8 @@ class BranchPoint:
             general series: cosines, then sines.
         force: Contact forces in N at the samples of the series: of the first half period, shape
             (m // 2 + 1, n_c), or of all of it, shape (m, n_c), for a general series.
+        free: Harmonics of the free displacement of the contact points in m, shape (N + 1, n_c), or
+            (2 N + 1, n_c): they move by this less R lambda.
     """
 
     gamma_ratio: float
@@ -67,6 +69,7 @@ class BranchPoint:
     return_error: float
     q: Array
     force: Array
+    free: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +110,7 @@ class PointMaker:
             return_error=float("nan"),
             q=solution.q * self.scales.amplitude,
             force=solution.forces.force * self.scales.force,
+            free=solution.free * self.scales.length,
         )
 
     def _penetration(self, solution: Solution) -> float:

@@ -8,7 +8,8 @@ Layout (SI units):
     /series              attributes: mode (from 1), harmonics, samples, series
     /mesh                points, cells (VTK order), cell_type (VTK)
     /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim)
-    /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c); attributes: scalars of the point
+    /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
+                         attributes: scalars of the point
 
 Points are numbered in the order in which they converged; of two at one energy the later one holds.
 The file is closed between two of them.
@@ -31,12 +32,12 @@ from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.model import ReducedModel
 
-FORMAT = "fenics_nnm branch 1"
+FORMAT = "fenics_nnm branch 2"
 
 #: More bytes than HDF5 needs to note a group and its attributes.
 _OVERHEAD = 32768
 
-_ARRAYS = ("q", "force")
+_ARRAYS = ("q", "force", "free")
 _SCALARS = tuple(item.name for item in fields(BranchPoint) if item.name not in _ARRAYS)
 
 

@@ -15,12 +15,13 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
-from fenics_nnm.fem.modes import LinearModes, ModalSolver
+from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import MeshFile, Study

@@ -9,11 +9,11 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.contact import ContactInterface
-from fenics_nnm.fem.modes import LinearModes
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.reduction.craig_bampton import craig_bampton
-from fenics_nnm.reduction.massless import massless_model
-from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
+from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
+from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.massless import massless_reduction
+from fenics_nnm.reduction.model import ReducedModel, Reduction
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,19 +24,18 @@ class LinearAnalysis:
         solid: Assembled body.
         interface: Contact points.
         modes: Linear modes.
-        shapes: Displacement per modal coordinate of the model, kg^-1/2, shape (n_owned, J), signed
-            so that the contact point that moves most moves towards its obstacle.
-        residual_shapes: Displacement per unit contact force that these do not bring, m/N,
-            shape (n_owned, n_c): u = shapes q - residual_shapes lambda.
-        model: Reduced model.
+        reduction: Reduced model, and the way back at the owned degrees of freedom.
     """
 
     solid: Solid
     interface: ContactInterface
     modes: LinearModes
-    shapes: Array
-    residual_shapes: Array
-    model: ReducedModel
+    reduction: Reduction
+
+    @property
+    def model(self) -> ReducedModel:
+        """Reduced model."""
+        return self.reduction.model
 
 
 def massless_reduced(
@@ -53,18 +52,10 @@ def massless_reduced(
     Raises:
         ModelError: if the body cannot be reduced with so many modes or points.
     """
-    Phi = interface.displacement(modes.shapes)
-    sign = towards_obstacle(Phi)
-    shapes, Phi = modes.shapes * sign, Phi * sign
-    S = interface.displacement(attachments)
-    return LinearAnalysis(
-        solid=solid,
-        interface=interface,
-        modes=modes,
-        shapes=shapes,
-        residual_shapes=attachments - (shapes / modes.omega**2) @ Phi.T,
-        model=massless_model(modes.omega, Phi, S, interface.gap),
+    reduction = massless_reduction(
+        modes.omega, modes.shapes, attachments, interface.gap, interface.displacement
     )
+    return LinearAnalysis(solid, interface, modes, reduction)
 
 
 def craig_bampton_reduced(
@@ -90,20 +81,14 @@ def craig_bampton_reduced(
         ModelError: if the basis vectors depend on each other.
     """
     basis = np.hstack([attachments, fixed_modes])
-    reduction = craig_bampton(
+    reduction = craig_bampton_reduction(
+        basis,
         projected(solid.stiffness, basis),
         projected(solid.mass, basis),
         interface.displacement(basis),
         interface.gap,
     )
-    return LinearAnalysis(
-        solid=solid,
-        interface=interface,
-        modes=modes,
-        shapes=basis @ reduction.shapes,
-        residual_shapes=np.zeros((solid.owned, interface.count)),
-        model=reduction.model,
-    )
+    return LinearAnalysis(solid, interface, modes, reduction)
 
 
 def projected(matrix: PETSc.Mat, basis: Array) -> Array:

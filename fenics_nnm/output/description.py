@@ -40,7 +40,7 @@ def describe(study: Study, analysis: LinearAnalysis) -> str:
 
 def _largest(analysis: LinearAnalysis, mode: int, amplitude: float) -> float:
     """Largest displacement component of a mode when it just touches, in m."""
-    shape = np.abs(analysis.shapes[:, mode]).max(initial=0.0) * amplitude
+    shape = np.abs(analysis.reduction.shapes[:, mode]).max(initial=0.0) * amplitude
     return float(analysis.solid.tagged.mesh.comm.allreduce(shape, op=MPI.MAX))
 
 

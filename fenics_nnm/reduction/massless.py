@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.model import ReducedModel, Reduction, towards_obstacle
 
 
 def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedModel:
@@ -37,3 +39,32 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
             "must be positive; use fewer reduction.modes or fewer contact.points"
         )
     return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)
+
+
+def massless_reduction(
+    omega: Array,
+    shapes: Array,
+    attachments: Array,
+    gap: Array,
+    displacement: Callable[[Array], Array],
+) -> Reduction:
+    """Massless-boundary model of a structure, with signed mode shapes.
+
+    Args:
+        omega: Circular frequencies in rad/s, shape (J,).
+        shapes: Mass-normalised modes, shape (n, J).
+        attachments: Static displacements under unit contact forces, K^-1 B^T, shape (n, n_c).
+        gap: Gaps in m, shape (n_c,).
+        displacement: B u, the contact displacements of columns of shape (n, k), as (n_c, k).
+
+    Raises:
+        ModelError: if the structure cannot be reduced with so many modes or points.
+    """
+    Phi = displacement(shapes)
+    sign = towards_obstacle(Phi)
+    shapes, Phi = shapes * sign, Phi * sign
+    return Reduction(
+        model=massless_model(omega, Phi, displacement(attachments), gap),
+        shapes=shapes,
+        residual_shapes=attachments - (shapes / omega**2) @ Phi.T,
+    )

@@ -15,18 +15,25 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
-from fenics_nnm.fem.modes import LinearModes, ModalSolver
+from fenics_nnm.fem.modes import ModalSolver
+from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
 from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.matrices import Matrices
+from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
+from fenics_nnm.reduction.matrix_files import read_matrix
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
-from fenics_nnm.study import MeshFile, Study
+from fenics_nnm.study import MatrixStudy, MeshStudy, Study
+from fenics_nnm.study_sections import MeshFile
 
 
-def tagged_mesh(study: Study, comm: MPI.Comm) -> TaggedMesh:
+def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
     """Read or generate the mesh of a study.
 
     Raises:
@@ -38,15 +45,36 @@ def tagged_mesh(study: Study, comm: MPI.Comm) -> TaggedMesh:
     return generate_mesh(study.mesh, comm)
 
 
-def linear_analysis(study: Study, comm: MPI.Comm, stages: Stages | None = None) -> LinearAnalysis:
-    """Mesh, assemble, find modes and attachment solutions, reduce.
+def linear_analysis(
+    study: Study, comm: MPI.Comm, stages: Stages | None = None
+) -> LinearAnalysis | MatrixAnalysis:
+    """All that is linear of a study: modes, attachment solutions and the reduced model.
+
+    A mesh is dealt with by all ranks together, matrices by the first one for all.
 
     Raises:
         MeshError: if the mesh lacks a group, or contact facets touch the clamp.
-        ModelError: if the body is not held, or cannot be reduced as asked.
+        ModelError: if matrices cannot be read or are not of a structure, the body or structure is
+            not held, or it cannot be reduced as asked.
         ConvergenceError: if the eigensolver fails or misses a mode.
     """
     stages = stages or Stages()
+    if isinstance(study, MatrixStudy):
+        return on_root(comm, lambda: _analysis_of_matrices(study, stages))
+    return _analysis_of_mesh(study, comm, stages)
+
+
+def _analysis_of_matrices(study: MatrixStudy, stages: Stages) -> MatrixAnalysis:
+    """Read and reduce matrices of another code."""
+    with stages.stage("matrices"):
+        K, M, B = (read_matrix(path, name) for path, name in study.matrices.places)
+        matrices = Matrices(K, M, B, study.contact.gap)
+    chosen = study.reduction
+    return matrix_analysis(matrices, modes=chosen.modes, method=chosen.method, stages=stages)
+
+
+def _analysis_of_mesh(study: MeshStudy, comm: MPI.Comm, stages: Stages) -> LinearAnalysis:
+    """Mesh, assemble, find modes and attachment solutions, reduce."""
     with stages.stage("mesh"):
         tagged = tagged_mesh(study, comm)
         clamped = _clamped_facets(study, tagged)
@@ -58,7 +86,8 @@ def linear_analysis(study: Study, comm: MPI.Comm, stages: Stages | None = None) 
         with stages.stage("modes"):
             modes = solver.modes(study.reduction.modes)
         with stages.stage("attachments"):
-            return _reduced(study, solid, interface, modes, solver)
+            reduction = _reduced(study, solid, interface, modes, solver)
+    return LinearAnalysis(solid, interface, modes, reduction)
 
 
 def nonlinear_mode(
@@ -106,21 +135,19 @@ def harmonic_balance(study: Study) -> HarmonicBalance:
 
 
 def _reduced(
-    study: Study,
+    study: MeshStudy,
     solid: Solid,
     interface: ContactInterface,
     modes: LinearModes,
     solver: ModalSolver,
-) -> LinearAnalysis:
+) -> Reduction:
     if study.reduction.method != "craig-bampton":
-        return massless_reduced(solid, interface, modes, solver.static)
+        return massless_reduced(solid, interface, modes, solver)
     if study.reduction.interface == "contact":
         forces = interface.unit_forces(solid.owned)
     else:
         forces = interface.unit_forces_all_directions(solid.owned)
-    attachments = solver.static(forces)
-    fixed = solver.fixed_interface_modes(forces, attachments, study.reduction.modes)
-    return craig_bampton_reduced(solid, interface, modes, attachments, fixed, solver.static)
+    return craig_bampton_reduced(solid, interface, forces, study.reduction.modes, solver)
 
 
 def _multipliers(study: Study) -> MultiplierLoop | None:
@@ -130,7 +157,7 @@ def _multipliers(study: Study) -> MultiplierLoop | None:
     return MultiplierLoop(**chosen.model_dump()) if chosen else MultiplierLoop()
 
 
-def _body(study: Study) -> Body:
+def _body(study: MeshStudy) -> Body:
     material, body = study.material, study.body
     return Body(
         theory=body.theory,
@@ -142,13 +169,13 @@ def _body(study: Study) -> Body:
     )
 
 
-def _clamped_facets(study: Study, tagged: TaggedMesh) -> Indices:
+def _clamped_facets(study: MeshStudy, tagged: TaggedMesh) -> Indices:
     if study.clamp is None:
         return np.empty(0, dtype=np.int32)
     return tagged.facets_of(study.clamp.facets, "clamp.facets")
 
 
-def _interface(study: Study, solid: Solid, facets: Indices) -> ContactInterface:
+def _interface(study: MeshStudy, solid: Solid, facets: Indices) -> ContactInterface:
     contact = study.contact
     return contact_interface(
         solid,
@@ -160,7 +187,7 @@ def _interface(study: Study, solid: Solid, facets: Indices) -> ContactInterface:
     )
 
 
-def _direction(study: Study, dim: int) -> Direction:
+def _direction(study: MeshStudy, dim: int) -> Direction:
     contact = study.contact
     if contact.direction == "normal":
         return Direction("normal")

@@ -7,7 +7,7 @@ import logging
 import sys
 import traceback
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from fenics_nnm import __version__
 from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
 from fenics_nnm.interrupts import terminable
 from fenics_nnm.progress import progress
+from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study, read_study
 
 if TYPE_CHECKING:
@@ -32,12 +33,9 @@ DONE, INCOMPLETE, BAD_INPUT = 0, 1, 2
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     arguments = _parser().parse_args(argv)
-    logging.basicConfig(
-        format="fenics-nnm: %(message)s",
-        level=logging.INFO if arguments.verbose else logging.WARNING,
-    )
     from mpi4py import MPI
 
+    _configure_logging(verbose=arguments.verbose and MPI.COMM_WORLD.rank == 0)
     comm = MPI.COMM_WORLD.Dup() if MPI.COMM_WORLD.size > 1 else MPI.COMM_WORLD
     try:
         study = read_study(arguments.study)
@@ -46,6 +44,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.verbose:
             traceback.print_exception(error)
         return _ended(comm, *_verdict(error))
+
+
+def _configure_logging(*, verbose: bool) -> None:
+    """Show warnings, and on the way stages and points if asked for; other libraries' never."""
+    logging.basicConfig(format="fenics-nnm: %(message)s")
+    logging.getLogger("fenics_nnm").setLevel(logging.INFO if verbose else logging.WARNING)
 
 
 def _verdict(error: BaseException) -> tuple[str, int]:
@@ -116,11 +120,12 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
 
     console = _console(MPI.COMM_WORLD)
     folder = arguments.output or study.output.folder or Path("results") / arguments.study.stem
-    with terminable(), progress(console) as stages:
+    with terminable(), _stages(console, arguments) as stages:
         result = run_study(study, arguments.study.read_text("utf-8"), folder, stages=stages)
     if console.is_terminal:
         console.print(_result_table(result, study))
-        console.print(f"{result.branch.reason}; results in {result.folder}")
+        closing = f"{result.branch.reason}; results in {result.folder}"
+        console.print(closing, highlight=False, markup=False, soft_wrap=True)
     if not result.branch.complete:
         if MPI.COMM_WORLD.rank == 0:
             _write(f"incomplete: {result.branch.reason}")
@@ -135,11 +140,16 @@ def _check(study: Study, arguments: argparse.Namespace) -> int:
     from fenics_nnm.output.description import describe
 
     console = _console(MPI.COMM_WORLD)
-    with progress(console) as stages:
+    with _stages(console, arguments) as stages:
         analysis = linear_analysis(study, MPI.COMM_WORLD, stages)
         text = describe(study, analysis)
     console.print(text, highlight=False, markup=False, soft_wrap=True)
     return DONE
+
+
+def _stages(console: Console, arguments: argparse.Namespace) -> AbstractContextManager[Stages]:
+    """Progress bars on a terminal; lines of the log in their place if asked for."""
+    return nullcontext(Stages()) if arguments.verbose else progress(console)
 
 
 def _console(comm: MPI.Comm) -> Console:
@@ -149,16 +159,9 @@ def _console(comm: MPI.Comm) -> Console:
 
 def _result_table(result: RunResult, study: Study) -> Table:
     """A few points of the branch: those reported, or evenly spread ones."""
-    table = Table(title=study.title or None)
-    for heading in (
-        "gamma ratio",
-        "frequency (Hz)",
-        "ratio",
-        "Rayleigh (Hz)",
-        "energy (J)",
-        "status",
-    ):
-        table.add_column(heading, justify="right")
+    table = Table(title=study.title or None, box=None, padding=(0, 3, 0, 0))
+    for heading in ("gamma ratio", "frequency (Hz)", "ratio", "status"):
+        table.add_column(heading, justify="right", no_wrap=True)
     points = result.branch.points
     reported = [p for p in points if p.gamma_ratio in study.continuation.report_at]
     for point in reported or points[:: max(1, len(points) // 10)]:
@@ -166,8 +169,6 @@ def _result_table(result: RunResult, study: Study) -> Table:
             f"{point.gamma_ratio:g}",
             f"{point.frequency:.4f}",
             f"{point.frequency_ratio:.5f}",
-            f"{point.rayleigh_frequency:.4f}",
-            f"{point.energy:.4g}",
             point.status,
         )
     return table

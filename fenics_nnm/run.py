@@ -18,10 +18,9 @@ import slepc4py
 from mpi4py import MPI
 
 import fenics_nnm
-from fenics_nnm.analysis import harmonic_balance, linear_analysis, nonlinear_mode
+from fenics_nnm.analysis import linear_analysis, nonlinear_mode
+from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError, StudyError
-from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
-from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.continuation import Branch
@@ -29,6 +28,7 @@ from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.verdict import RESONANT, STATUSES, UNCHECKED, UNRESOLVED
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.plots import plot_backbone
+from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.output.tables import write_backbone, write_summary
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
@@ -97,7 +97,7 @@ def run_study(
         analysis = linear_analysis(study, comm, stages)
         branch = recorder.follow(analysis)
         with stages.stage("output"):
-            recorder.write_fields(analysis, branch)
+            report_of(analysis).write_fields(staging / "fields", study, branch, stages)
             summary = recorder.write_tables(analysis, branch)
         with uninterrupted():
             on_root(comm, lambda: _publish(staging, folder))
@@ -121,16 +121,23 @@ class _Recorder:
     comm: MPI.Comm
     stages: Stages
 
-    def follow(self, analysis: LinearAnalysis) -> Branch:
+    def follow(self, analysis: Analysis) -> Branch:
         """Follow the branch; each point is on disk before the next one is begun."""
         with self.stages.stage("output"):
-            basis = gathered_basis(analysis)
-            on_root(self.comm, lambda: self._create(analysis, basis))
+            arrays = report_of(analysis).arrays()
+            on_root(self.comm, lambda: self._create(analysis, arrays))
         path = self.folder / "branch.h5"
 
         def store(point: BranchPoint) -> None:
             with uninterrupted():
                 branch_file.append(path, point)
+            logger.info(
+                "gamma_ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
+                point.gamma_ratio,
+                point.frequency,
+                point.energy,
+                point.iterations,
+            )
 
         def solve() -> Branch:
             branch = nonlinear_mode(self.study, analysis.model, on_point=store, stages=self.stages)
@@ -141,32 +148,13 @@ class _Recorder:
         # one rank decides about the steps, so that round-off cannot part the ranks
         return on_root(self.comm, solve)
 
-    def write_fields(self, analysis: LinearAnalysis, branch: Branch) -> None:
-        """Write ParaView files of the linear modes and of the motions asked for."""
-        fields = self.folder / "fields"
-        on_root(self.comm, fields.mkdir)
-        write_linear_modes(fields / "linear_modes.pvd", analysis)
-        wanted = self.study.continuation.report_at
-        for index, ratio in enumerate(wanted):
-            for point in branch.points:
-                if point.gamma_ratio == ratio:
-                    path = fields / f"motion_{ratio:g}.pvd"
-                    write_motion(
-                        path,
-                        analysis,
-                        point,
-                        series=harmonic_balance(self.study).series,
-                        frames=self.study.output.frames,
-                    )
-            self.stages.report((index + 1) / len(wanted))
-
-    def write_tables(self, analysis: LinearAnalysis, branch: Branch) -> dict[str, Any]:
+    def write_tables(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
         """Write table, picture and summary; the summary is returned."""
         summary = self._summary(analysis, branch)
         on_root(self.comm, lambda: self._write_tables(analysis, branch, summary))
         return summary
 
-    def _create(self, analysis: LinearAnalysis, basis: dict[str, Any]) -> None:
+    def _create(self, analysis: Analysis, arrays: dict[str, Array]) -> None:
         mode = self.study.mode
         header = branch_file.BranchHeader(
             study=self.text,
@@ -177,17 +165,9 @@ class _Recorder:
             series=mode.series,
             model=analysis.model,
         )
-        interface = analysis.interface
-        contact = {
-            "contact/points": interface.points,
-            "contact/directions": interface.directions,
-            "contact/areas": interface.areas,
-        }
-        branch_file.create(self.folder / "branch.h5", header, {**contact, **basis})
+        branch_file.create(self.folder / "branch.h5", header, arrays)
 
-    def _write_tables(
-        self, analysis: LinearAnalysis, branch: Branch, summary: dict[str, Any]
-    ) -> None:
+    def _write_tables(self, analysis: Analysis, branch: Branch, summary: dict[str, Any]) -> None:
         write_backbone(self.folder / "backbone.csv", branch.points)
         plot_backbone(
             self.folder / "backbone.png",
@@ -198,19 +178,17 @@ class _Recorder:
         )
         write_summary(self.folder / "summary.json", summary)
 
-    def _summary(self, analysis: LinearAnalysis, branch: Branch) -> dict[str, Any]:
+    def _summary(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
         first = self.study.mode.number - 1
         amplitude = analysis.model.grazing_amplitude(first)
         return {
             "title": self.study.title,
-            "dofs": analysis.solid.dofs,
-            "contact_points": analysis.interface.count,
-            "contact_area_m2": float(analysis.interface.areas.sum()),
+            **report_of(analysis).sizes(),
             "mode": self.study.mode.number,
             "harmonics": self.study.mode.harmonics,
             "samples": self.study.mode.samples,
             "linear_frequencies_Hz": [float(f) for f in analysis.modes.frequencies],
-            "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi),
+            "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi) or None,
             "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
             "points": len(branch.points),
             "statuses": dict(Counter(point.status for point in branch.points)),
@@ -235,15 +213,7 @@ def _warn(branch: Branch) -> None:
     total = len(branch.points)
     by_status = {status: [p for p in branch.points if p.status == status] for status in STATUSES}
     if unresolved := by_status[UNRESOLVED]:
-        worst = max(unresolved, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
-        logger.warning(
-            "%d of %d points are unresolved: integrated in time over a period, the motion at "
-            "gamma_ratio %g misses its start by %.0f %%; raise mode.harmonics and mode.samples",
-            len(unresolved),
-            total,
-            worst.gamma_ratio,
-            100 * worst.return_error,
-        )
+        _warn_unresolved(unresolved, total)
     if resonant := by_status[RESONANT]:
         logger.warning(
             "%d of %d points are inside an internal resonance (%s): their frequency lies below "
@@ -259,6 +229,23 @@ def _warn(branch: Branch) -> None:
             len(unchecked),
             total,
         )
+
+
+def _warn_unresolved(unresolved: list[BranchPoint], total: int) -> None:
+    worst = max(unresolved, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
+    if np.isnan(worst.return_error):
+        why = "the contact is too stiff for the check by time integration"
+    else:
+        why = (
+            f"integrated in time over a period, the motion at gamma_ratio {worst.gamma_ratio:g} "
+            f"misses its start by {100 * worst.return_error:.0f} %"
+        )
+    logger.warning(
+        "%d of %d points are unresolved: %s; raise mode.harmonics and mode.samples",
+        len(unresolved),
+        total,
+        why,
+    )
 
 
 def _staging_folder(folder: Path) -> tuple[Path, list[Path]]:

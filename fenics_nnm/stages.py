@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+
+logger = logging.getLogger(__name__)
 
 #: Called with the name of a stage and the part of it that is done, from 0 to 1.
 Listener = Callable[[str, float], None]
@@ -36,6 +39,7 @@ class Stages:
             spent = time.perf_counter() - start
             self.timings[name] = self.timings.get(name, 0.0) + spent
         self.listener(name, 1.0)
+        logger.info("%s: %.2f s", name, spent)
 
     def report(self, done: float) -> None:
         """Tell the listener which part of the present stage is done."""

@@ -43,12 +43,12 @@ def largest_file(size: int) -> Iterator[None]:
 
 
 def failing_at(monkeypatch: Any, name: str, error: BaseException) -> None:
-    """Make a function of fenics_nnm.run raise."""
+    """Make a function of a run raise."""
 
     def fail(*arguments: Any, **keywords: Any) -> Any:
         raise error
 
-    monkeypatch.setattr(fenics_nnm.run, name, fail)
+    monkeypatch.setattr(f"fenics_nnm.{name}", fail)
 
 
 def failing_after(monkeypatch: Any, points: int, error: BaseException) -> None:
@@ -162,7 +162,7 @@ def test_disk_full_at_the_end(
     study_file: StudyFile, command: Command, monkeypatch: Any, tmp_path: Path
 ) -> None:
     error = OSError(28, "No space left on device", "modes.pvd")
-    failing_at(monkeypatch, "write_linear_modes", error)
+    failing_at(monkeypatch, "output.mesh_report.write_linear_modes", error)
     ended = command("run", study_file(), "--output", "out")
     ended.assert_one_line(1, "modes.pvd: cannot be written: No space left", "4 points are in out")
     assert _kept(tmp_path / "out") == 4
@@ -236,7 +236,12 @@ def test_interrupt_while_results_are_moved(
 
 
 @pytest.mark.parametrize(
-    ("name", "kept"), [("linear_analysis", 0), ("gathered_basis", 0), ("write_linear_modes", 4)]
+    ("name", "kept"),
+    [
+        ("run.linear_analysis", 0),
+        ("output.mesh_report.gathered_basis", 0),
+        ("output.mesh_report.write_linear_modes", 4),
+    ],
 )
 def test_defect(
     name: str,
@@ -262,7 +267,7 @@ def test_defect(
 
 
 def test_out_of_memory(study_file: StudyFile, command: Command, monkeypatch: Any) -> None:
-    failing_at(monkeypatch, "linear_analysis", MemoryError())
+    failing_at(monkeypatch, "run.linear_analysis", MemoryError())
     command("run", study_file()).assert_one_line(1, "out of memory", "coarser mesh")
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh, null_space
+from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
@@ -16,11 +16,12 @@ from fenics_nnm.nonlinear.full_order import FullOrderEquations
 from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
-from fenics_nnm.reduction.craig_bampton import craig_bampton
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
 from fenics_nnm.reduction.massless import massless_model
+from fenics_nnm.reduction.matrices import Matrices
+from fenics_nnm.reduction.matrix_analysis import matrix_analysis
 from fenics_nnm.reduction.model import ReducedModel
-from fenics_nnm.reduction.truncation import GalerkinTruncation, MasslessTruncation
+from fenics_nnm.reduction.truncation import MasslessTruncation
 
 HARMONICS, SAMPLES = 5, 64
 
@@ -207,21 +208,15 @@ def test_error_of_the_reduction_predicts_the_difference(chain: Chain, modes: int
 
 
 def craig_bampton_branch(chain: Chain, modes: int) -> Branch:
-    attachments = np.linalg.solve(chain.K, chain.B.T)
-    held = null_space(chain.B)
-    _, shapes = eigh(held.T @ chain.K @ held, held.T @ chain.M @ held)
-    basis = np.hstack([attachments, held @ shapes[:, :modes]])
-    reduction = craig_bampton(
-        basis.T @ chain.K @ basis, basis.T @ chain.M @ basis, chain.B @ basis, chain.gap
+    analysis = matrix_analysis(
+        Matrices(chain.K, chain.M, chain.B, chain.gap), modes=modes, method="craig-bampton"
     )
-    Psi, squared = basis @ reduction.shapes, reduction.model.omega**2
-    T = np.linalg.solve(chain.K, chain.M @ Psi) - Psi / squared
     return follow(
-        reduction.model,
+        analysis.model,
         EnergyContinuation(0.8, 2.0, 0.2),
         HarmonicBalance(HARMONICS, SAMPLES),
         mode=0,
-        truncation=GalerkinTruncation(T.T @ chain.K @ T),
+        truncation=analysis.reduction.truncation,
     )
 
 

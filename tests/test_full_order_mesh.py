@@ -37,7 +37,7 @@ def rotor37(modes: int) -> LinearAnalysis:
 
 def followed(analysis: LinearAnalysis, *, full: bool = False, stop: float = 2.0) -> Branch:
     energies = EnergyContinuation(1.0, stop, 0.2)
-    given = {"mode": 0, "truncation": analysis.truncation}
+    given = {"mode": 0, "truncation": analysis.reduction.truncation}
     if not full:
         return follow(analysis.model, energies, BALANCE, **given)
     with HarmonicSolver(analysis, harmonics=5) as flexibility:
@@ -106,7 +106,7 @@ def test_residual_of_the_reconstructed_motion(method: str) -> None:
     analysis = plate(method=method)
     point = followed(analysis, stop=1.4).points[-1]
     ell = BALANCE.series.analysis @ point.force
-    U = point.q @ analysis.shapes.T - ell @ analysis.residual_shapes.T
+    U = point.q @ analysis.reduction.shapes.T - ell @ analysis.reduction.residual_shapes.T
     assert point.reduction_residual > 1e-5
     assert point.reduction_residual == pytest.approx(residual_norm(analysis, point, U), rel=1e-6)
 
@@ -115,7 +115,7 @@ def test_motion_of_full_order_has_no_residual() -> None:
     analysis = plate()
     point = followed(analysis, full=True, stop=1.4).points[-1]
     ell = BALANCE.series.analysis @ point.force
-    U = point.q @ analysis.shapes.T - ell @ analysis.residual_shapes.T
+    U = point.q @ analysis.reduction.shapes.T - ell @ analysis.reduction.residual_shapes.T
     without = residual_norm(analysis, point, U)
     with HarmonicSolver(analysis, harmonics=5) as solver:
         U -= solver.inertial_displacement(2 * np.pi * point.frequency, ell)

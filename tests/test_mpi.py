@@ -26,6 +26,7 @@ ROUND_OFF = {"penetration_m", "virial_error"}
 FAILING = """
 import sys
 from mpi4py import MPI
+import fenics_nnm.output.mesh_report
 import fenics_nnm.run
 from fenics_nnm.cli import main
 
@@ -33,7 +34,7 @@ def fail(*arguments, **keywords):
     raise {error}
 
 if MPI.COMM_WORLD.rank in {ranks}:
-    fenics_nnm.run.{name} = fail
+    fenics_nnm.{name} = fail
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -142,7 +143,14 @@ def test_bad_mesh_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("rank", [0, 1])
-@pytest.mark.parametrize("name", ["linear_analysis", "gathered_basis", "write_linear_modes"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "run.linear_analysis",
+        "output.mesh_report.gathered_basis",
+        "output.mesh_report.write_linear_modes",
+    ],
+)
 def test_failure_of_one_rank_ends_all(
     rank: int, name: str, study_file: StudyFile, tmp_path: Path
 ) -> None:
@@ -158,7 +166,9 @@ def test_failure_of_one_rank_ends_all(
 
 def test_failure_of_all_ranks_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
     error = 'ZeroDivisionError("by zero")'
-    script = failing_script(tmp_path, name="write_linear_modes", error=error, ranks=[0, 1])
+    script = failing_script(
+        tmp_path, name="output.mesh_report.write_linear_modes", error=error, ranks=[0, 1]
+    )
     ended = on_ranks(2, script, "run", study_file(PLATE), "--output", "out", folder=tmp_path)
     assert ended.code == 1, ended.err
     (line,) = own_lines(ended)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
@@ -38,12 +37,6 @@ def product(matrix: PETSc.Mat, columns: Array) -> Array:
     right.destroy()
     left.destroy()
     return result
-
-
-def gram(comm: MPI.Comm, left: Array, right: Array) -> Array:
-    """left^T right over all ranks, made symmetric."""
-    whole = comm.allreduce(left.T @ right)
-    return np.asarray((whole + whole.T) / 2)
 
 
 def _dense(columns: Array, comm: PETSc.Comm) -> PETSc.Mat:

@@ -78,7 +78,7 @@ def write_motion(
         for frame in range(frames):
             _fill(
                 displacement,
-                analysis.shapes @ coordinates[frame] - analysis.residual_shapes @ forces[frame],
+                analysis.reduction.displacement(coordinates[frame], forces[frame]),
             )
             pressure.fill(forces[frame])
             file.write_function([displacement, pressure.function], frame / frames)
@@ -99,8 +99,8 @@ def gathered_basis(analysis: LinearAnalysis) -> dict[str, Array]:
     parts = {
         "mesh/points": points[:owned],
         "mesh/cells": numbered,
-        "basis/shapes": analysis.shapes.reshape(owned, dim, -1),
-        "basis/residual_shapes": analysis.residual_shapes.reshape(owned, dim, -1),
+        "basis/shapes": analysis.reduction.shapes.reshape(owned, dim, -1),
+        "basis/residual_shapes": analysis.reduction.residual_shapes.reshape(owned, dim, -1),
     }
     gathered = {}
     for name, part in parts.items():

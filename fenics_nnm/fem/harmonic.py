@@ -9,7 +9,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError
-from fenics_nnm.fem.block import gram, product, solved, use_mumps
+from fenics_nnm.fem.block import product, solved, use_mumps
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
 from fenics_nnm.reduction.truncation import MasslessTruncation
@@ -31,16 +31,16 @@ class HarmonicSolver:
 
     def __init__(self, analysis: LinearAnalysis, *, harmonics: int) -> None:
         """Prepare for a massless-boundary analysis, whose modes stay explicit, and N harmonics."""
-        truncation = analysis.truncation
+        truncation = analysis.reduction.truncation
         assert isinstance(truncation, MasslessTruncation)
         solid = analysis.solid
         self._analysis = analysis
         self._comm = solid.tagged.mesh.comm
-        self._mass_shapes = product(solid.mass, analysis.shapes)
+        self._mass_shapes = product(solid.mass, analysis.reduction.shapes)
         self._forces = (
             analysis.interface.unit_forces(solid.owned) - self._mass_shapes @ analysis.model.Phi.T
         )
-        self._mass_static = product(solid.mass, analysis.residual_shapes)
+        self._mass_static = product(solid.mass, analysis.reduction.residual_shapes)
         self._allowed = ACCURACY * float(analysis.model.static_flexibility.max())
         self._known = ResidualFlexibility.static(truncation.slope, truncation.curvature, harmonics)
         self._matrix = solid.stiffness.copy()
@@ -97,8 +97,12 @@ class HarmonicSolver:
         X = self._deflated(solved(self._ksp, self._forces))
         mass_X = product(self._analysis.solid.mass, X)
         second = solved(self._ksp, mass_X)
-        value = s * gram(self._comm, self._mass_static, X)
-        return s, value, gram(self._comm, X, mass_X), gram(self._comm, mass_X, second)
+        value = s * self._gram(self._mass_static, X)
+        return s, value, self._gram(X, mass_X), self._gram(mass_X, second)
+
+    def _gram(self, left: Array, right: Array) -> Array:
+        whole = self._comm.allreduce(left.T @ right)
+        return np.asarray((whole + whole.T) / 2)
 
     def _factorise(self, s: float) -> None:
         solid = self._analysis.solid
@@ -119,4 +123,4 @@ class HarmonicSolver:
     def _deflated(self, X: Array) -> Array:
         """Without the explicit modes, which round-off brings in near their frequencies."""
         part = self._comm.allreduce(self._mass_shapes.T @ X)
-        return np.asarray(X - self._analysis.shapes @ part)
+        return np.asarray(X - self._analysis.reduction.shapes @ part)

@@ -2,99 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.block import gram, product
+from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
-from fenics_nnm.fem.modes import LinearModes
+from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.reduction.craig_bampton import craig_bampton
-from fenics_nnm.reduction.massless import massless_model
-from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
-from fenics_nnm.reduction.truncation import (
-    GalerkinTruncation,
-    MasslessTruncation,
-    Truncation,
-)
+from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
+from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.massless import massless_reduction
+from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.operators import Operators
+from fenics_nnm.reduction.reduction import Reduction
 
 
 @dataclass(frozen=True, slots=True)
 class LinearAnalysis:
-    """All that is linear: the body, its modes, its contact points and the reduced model.
+    """All that is linear: the body, its contact points, its modes and the reduced model.
 
     Attributes:
         solid: Assembled body.
         interface: Contact points.
         modes: Linear modes.
-        shapes: Displacement per modal coordinate of the model, kg^-1/2, shape (n_owned, J), signed
-            so that the contact point that moves most moves towards its obstacle.
-        residual_shapes: Displacement per unit contact force that these do not bring, m/N,
-            shape (n_owned, n_c): u = shapes q - residual_shapes lambda.
-        model: Reduced model.
-        truncation: What the model leaves out.
+        reduction: Reduced model, and the way back at the owned degrees of freedom.
     """
 
     solid: Solid
     interface: ContactInterface
     modes: LinearModes
-    shapes: Array
-    residual_shapes: Array
-    model: ReducedModel
-    truncation: Truncation
+    reduction: Reduction
 
-
-Solve = Callable[[Array], Array]
-"""From forces to static displacements, columns at the owned degrees of freedom."""
+    @property
+    def model(self) -> ReducedModel:
+        """Reduced model."""
+        return self.reduction.model
 
 
 def massless_reduced(
-    solid: Solid, interface: ContactInterface, modes: LinearModes, solve: Solve
-) -> LinearAnalysis:
-    """Massless-boundary model of a body, with signed mode shapes.
-
-    Args:
-        solid: Assembled body.
-        interface: Contact points.
-        modes: Linear modes.
-        solve: Static solution.
+    solid: Solid, interface: ContactInterface, modes: LinearModes, solver: ModalSolver
+) -> Reduction:
+    """Massless-boundary model of a body.
 
     Raises:
         ModelError: if the body cannot be reduced with so many modes or points.
     """
-    Phi = interface.displacement(modes.shapes)
-    sign = towards_obstacle(Phi)
-    shapes, Phi = modes.shapes * sign, Phi * sign
-    attachments = solve(interface.unit_forces(solid.owned))
-    S = interface.displacement(attachments)
-    residual_shapes = attachments - (shapes / modes.omega**2) @ Phi.T
-    mass = product(solid.mass, residual_shapes)
-    comm = solid.tagged.mesh.comm
-    return LinearAnalysis(
-        solid=solid,
-        interface=interface,
-        modes=modes,
-        shapes=shapes,
-        residual_shapes=residual_shapes,
-        model=massless_model(modes.omega, Phi, S, interface.gap),
-        truncation=MasslessTruncation(
-            slope=gram(comm, residual_shapes, mass), curvature=gram(comm, mass, solve(mass))
-        ),
-    )
+    attachments = solver.static(interface.unit_forces(solid.owned))
+    operators = _operators(solid, interface, solver)
+    return massless_reduction(modes.omega, modes.shapes, attachments, interface.gap, operators)
 
 
 def craig_bampton_reduced(
-    solid: Solid,
-    interface: ContactInterface,
-    modes: LinearModes,
-    attachments: Array,
-    fixed_modes: Array,
-    solve: Solve,
-) -> LinearAnalysis:
+    solid: Solid, interface: ContactInterface, forces: Array, count: int, solver: ModalSolver
+) -> Reduction:
     """Craig-Bampton model of a body, in modal form.
 
     The attachment solutions span the same space as the constraint modes, which are these
@@ -103,48 +65,25 @@ def craig_bampton_reduced(
     Args:
         solid: Assembled body.
         interface: Contact points.
-        modes: Linear modes, for comparison; the model does not use them.
-        attachments: Static displacements under unit forces of the interface, (n_owned, i).
-        fixed_modes: Modes with the interface held, shape (n_owned, k).
-        solve: Static solution.
+        forces: Unit forces of the interface coordinates that are retained, (n_owned, i).
+        count: Number of modes with the interface held.
+        solver: Factorised stiffness.
 
     Raises:
         ModelError: if the basis vectors depend on each other.
+        ConvergenceError: if the eigensolver fails.
     """
-    basis = np.hstack([attachments, fixed_modes])
-    reduction = craig_bampton(
-        projected(solid.stiffness, basis),
-        projected(solid.mass, basis),
-        interface.displacement(basis),
-        interface.gap,
+    attachments = solver.static(forces)
+    basis = np.hstack([attachments, solver.fixed_interface_modes(forces, attachments, count)])
+    return craig_bampton_reduction(basis, interface.gap, _operators(solid, interface, solver))
+
+
+def _operators(solid: Solid, interface: ContactInterface, solver: ModalSolver) -> Operators:
+    comm = solid.tagged.mesh.comm
+    return Operators(
+        stiffness=lambda columns: product(solid.stiffness, columns),
+        mass=lambda columns: product(solid.mass, columns),
+        static=solver.static,
+        contact=interface.displacement,
+        inner=lambda left, right: np.asarray(comm.allreduce(left.T @ right)),
     )
-    shapes = basis @ reduction.shapes
-    return LinearAnalysis(
-        solid=solid,
-        interface=interface,
-        modes=modes,
-        shapes=shapes,
-        residual_shapes=np.zeros((solid.owned, interface.count)),
-        model=reduction.model,
-        truncation=_galerkin_truncation(solid, shapes, reduction.model.omega, solve),
-    )
-
-
-def _galerkin_truncation(
-    solid: Solid, shapes: Array, omega: Array, solve: Solve
-) -> GalerkinTruncation:
-    static = shapes / omega**2
-    mass = product(solid.mass, shapes)
-    missed = solve(mass) - static
-    forces = mass - product(solid.stiffness, static)
-    return GalerkinTruncation(gram(solid.tagged.mesh.comm, missed, forces))
-
-
-def projected(matrix: PETSc.Mat, basis: Array) -> Array:
-    """basis^T matrix basis, the same on all ranks.
-
-    Args:
-        matrix: Symmetric matrix.
-        basis: Columns at the owned rows, shape (n_owned, b).
-    """
-    return gram(matrix.comm.tompi4py(), basis, product(matrix, basis))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 from types import TracebackType
 
 import numpy as np
@@ -15,6 +14,7 @@ from fenics_nnm.fem.block import solved, use_mumps
 from fenics_nnm.fem.eigenproblem import eigenproblem
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.reduction.linear_modes import LinearModes, counting_shift
 
 logger = logging.getLogger(__name__)
 
@@ -23,28 +23,6 @@ _RIGID = 1e-9
 
 #: Modes solved for beyond those asked for, so that the next frequency is known.
 _SPARE = 4
-
-
-@dataclass(frozen=True, slots=True)
-class LinearModes:
-    """Free vibration modes of a clamped body.
-
-    Attributes:
-        omega: Circular frequencies in rad/s, ascending, shape (J,).
-        shapes: Mass-normalised shapes (kg^-1/2) at the owned degrees of freedom, shape
-            (n_owned, J); the same on any number of ranks but for the sign.
-        checked_below: The inertia of K - s^2 M was found equal to J at s rad/s, so no mode below
-            was missed.
-    """
-
-    omega: Array
-    shapes: Array
-    checked_below: float
-
-    @property
-    def frequencies(self) -> Array:
-        """Frequencies in Hz, shape (J,)."""
-        return self.omega / (2 * np.pi)
 
 
 class ModalSolver:
@@ -148,11 +126,9 @@ class ModalSolver:
 
     def _check_inertia(self, squared: Array, count: int) -> float:
         """Count the eigenvalues below the first gap after `count` modes by Sylvester's law."""
-        gaps = np.flatnonzero(np.diff(squared) > 1e-6 * squared[1:]) + 1
-        inside = int(next((gap for gap in gaps if gap >= count), gaps[-1] if len(gaps) else 0))
+        shift, inside = counting_shift(squared, count)
         if inside == 0:
             return 0.0
-        shift = (squared[inside - 1] + squared[inside]) / 2
         negative = _negative_pivots(self._solid, shift)
         if negative != inside:
             raise ConvergenceError(

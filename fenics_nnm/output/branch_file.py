@@ -4,10 +4,12 @@ Layout (SI units):
 
     /                    attributes: format, study (TOML), versions (JSON), reason
     /model               omega, Phi, R, gap of the reduced model
-    /contact             points, directions, areas
+    /contact             points, directions, areas; of a mesh only
     /series              attributes: mode (from 1), harmonics, samples, series
-    /mesh                points, cells (VTK order), cell_type (VTK)
-    /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim)
+    /mesh                points, cells (VTK order), cell_type (VTK); of a mesh only
+    /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim) of a mesh;
+                         shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
+                         matrices: u = shapes^T q - residual_shapes^T lambda
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
                          attributes: scalars of the point
 

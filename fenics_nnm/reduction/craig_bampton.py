@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
 from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
+from fenics_nnm.reduction.operators import Operators
+from fenics_nnm.reduction.reduction import Reduction
+from fenics_nnm.reduction.truncation import galerkin_truncation
 
-#: A direction of the basis whose mass is below this part of the largest one is left out.
+#: Basis vectors depend on each other if a direction has less than this part of their mass.
 _DEPENDENT = 1e-12
 
 
-@dataclass(frozen=True, slots=True)
-class CraigBampton:
-    """A reduced model and the way back to the full field.
-
-    Attributes:
-        model: Reduced model, R = 0.
-        shapes: Coordinates of the basis per modal coordinate, shape (basis, J): a full shape is
-            basis @ shapes.
-    """
-
-    model: ReducedModel
-    shapes: Array
-
-
-def craig_bampton(K: Array, M: Array, B: Array, gap: Array) -> CraigBampton:
+def craig_bampton_reduction(basis: Array, gap: Array, operators: Operators) -> Reduction:
     """Bring the pencil of a Craig-Bampton basis to modal form.
 
     The basis is constraint modes and fixed-interface modes together; the eigenvectors of the
@@ -37,14 +24,17 @@ def craig_bampton(K: Array, M: Array, B: Array, gap: Array) -> CraigBampton:
     modes, with R = 0 (Laxalde and Legrand 2011, section 3.4).
 
     Args:
-        K: Stiffness on the basis, shape (b, b).
-        M: Mass on the basis, shape (b, b).
-        B: Displacement of the contact points in the contact direction per basis vector, (n_c, b).
+        basis: Displacements that span the model, shape (n, b).
         gap: Gaps in m, shape (n_c,).
+        operators: Products with the matrices of the structure.
 
     Raises:
-        ModelError: if the basis vectors depend on each other.
+        ModelError: if the basis vectors depend on each other, or one of them moves no mass.
     """
+    K = operators.gram(basis, operators.stiffness(basis))
+    M = operators.gram(basis, operators.mass(basis))
+    if np.diag(M).min() <= 0:
+        raise ModelError("Craig-Bampton: a contact point moves no mass: use the massless method")
     scale = 1 / np.sqrt(np.diag(M))
     mass = scale[:, None] * M * scale
     if np.linalg.eigvalsh(mass)[0] < _DEPENDENT:
@@ -52,10 +42,14 @@ def craig_bampton(K: Array, M: Array, B: Array, gap: Array) -> CraigBampton:
             "Craig-Bampton: the basis vectors depend on each other: use fewer reduction.modes"
         )
     squared, vectors = eigh(scale[:, None] * K * scale, mass)
-    shapes = scale[:, None] * vectors
-    Phi = B @ shapes
+    combination = scale[:, None] * vectors
+    Phi = operators.contact(basis) @ combination
     sign = towards_obstacle(Phi)
-    model = ReducedModel(
-        omega=np.sqrt(squared), Phi=Phi * sign, R=np.zeros((len(gap), len(gap))), gap=gap
+    points = len(gap)
+    omega, shapes = np.sqrt(squared), basis @ (combination * sign)
+    return Reduction(
+        model=ReducedModel(omega=omega, Phi=Phi * sign, R=np.zeros((points, points)), gap=gap),
+        shapes=shapes,
+        residual_shapes=np.zeros((len(basis), points)),
+        truncation=galerkin_truncation(shapes, omega, operators),
     )
-    return CraigBampton(model, shapes * sign)

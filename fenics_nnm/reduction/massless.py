@@ -6,7 +6,10 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
+from fenics_nnm.reduction.operators import Operators
+from fenics_nnm.reduction.reduction import Reduction
+from fenics_nnm.reduction.truncation import massless_truncation
 
 
 def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedModel:
@@ -37,3 +40,34 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
             "must be positive; use fewer reduction.modes or fewer contact.points"
         )
     return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)
+
+
+def massless_reduction(
+    omega: Array,
+    shapes: Array,
+    attachments: Array,
+    gap: Array,
+    operators: Operators,
+) -> Reduction:
+    """Massless-boundary model of a structure, with signed mode shapes.
+
+    Args:
+        omega: Circular frequencies in rad/s, shape (J,).
+        shapes: Mass-normalised modes, shape (n, J).
+        attachments: Static displacements under unit contact forces, K^-1 B^T, shape (n, n_c).
+        gap: Gaps in m, shape (n_c,).
+        operators: Products with the matrices of the structure.
+
+    Raises:
+        ModelError: if the structure cannot be reduced with so many modes or points.
+    """
+    Phi = operators.contact(shapes)
+    sign = towards_obstacle(Phi)
+    shapes, Phi = shapes * sign, Phi * sign
+    residual_shapes = attachments - (shapes / omega**2) @ Phi.T
+    return Reduction(
+        model=massless_model(omega, Phi, operators.contact(attachments), gap),
+        shapes=shapes,
+        residual_shapes=residual_shapes,
+        truncation=massless_truncation(residual_shapes, operators),
+    )

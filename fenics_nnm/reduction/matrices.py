@@ -1,104 +1,159 @@
-"""Reduced models from the matrices of another code."""
+"""A structure given by the matrices of another code."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.io import loadmat, mmread
-from scipy.sparse.linalg import eigsh, splu
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.reduction.massless import massless_model
-from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
 
 #: Relative asymmetry of a matrix that is taken as round-off.
 _ASYMMETRY = 1e-8
 
-
-def massless_from_matrices(
-    K: Any, M: Any, B: Any, gap: Array | list[float], *, modes: int
-) -> ReducedModel:
-    """Massless-boundary model of a structure given by its matrices.
-
-    Args:
-        K: Stiffness in N/m, symmetric positive definite, shape (n, n), dense or sparse.
-        M: Mass in kg, symmetric positive semidefinite, shape (n, n), dense or sparse.
-        B: Rows that give the displacement of each contact point towards its obstacle, (n_c, n).
-        gap: Gaps in m, shape (n_c,).
-        modes: Number of free modes J, below n.
-
-    Raises:
-        ModelError: if shapes disagree, a matrix is not symmetric, K is singular, or the points
-            and modes leave no residual flexibility.
-    """
-    K, M, B = (sparse.csc_matrix(matrix, dtype=float) for matrix in (K, M, B))
-    _check(K, M, B, modes)
-    try:
-        factor = splu(K)
-        squared, shapes = eigsh(K, k=modes, M=M, sigma=0.0)
-    except RuntimeError as error:
-        raise ModelError(f"K is singular: the structure is not held ({error})") from error
-    order = np.argsort(squared)
-    squared, shapes = squared[order], shapes[:, order]
-    if squared[0] <= 1e-10 * squared[-1]:
-        raise ModelError("K has rigid-body modes: the structure is not held")
-    attachments = factor.solve(B.T.toarray())
-    Phi = B @ shapes
-    Phi = Phi * towards_obstacle(Phi)
-    return massless_model(np.sqrt(squared), Phi, B @ attachments, np.asarray(gap, float))
+#: Contact rows whose directions agree to this are the same.
+_SAME_ROW = 1e-12
 
 
-def read_matrix(path: Path, name: str | None = None) -> Any:
-    """Read a matrix from a Matrix Market, NumPy or MATLAB file.
+@dataclass(frozen=True, slots=True)
+class Matrices:
+    """Stiffness, mass and contact rows of a structure that is held, in SI units.
 
-    Args:
-        path: A .mtx, .npy, .npz or .mat file.
-        name: Name of the matrix in a .npz or .mat file that holds several.
+    Dense arrays and sparse matrices are taken alike and kept in sparse form.
+
+    Attributes:
+        K: Stiffness in N/m, symmetric positive definite, shape (n, n).
+        M: Mass in kg, symmetric positive semidefinite, shape (n, n).
+        B: Rows that give the displacement of each contact point towards its obstacle,
+            shape (n_c, n).
+        gap: Gaps in m, shape (n_c,); one number stands for all rows.
 
     Raises:
-        ModelError: if the file cannot be read, or has no such matrix.
+        ModelError: if shapes disagree, values are not finite real numbers, K or M is not
+            symmetric or has a diagonal that cannot be, two contact rows are multiples of each
+            other, or a gap is not positive.
     """
-    try:
-        if path.suffix == ".mtx":
-            return mmread(path)
-        if path.suffix == ".npy":
-            return np.load(path)
-        if path.suffix in (".npz", ".mat"):
-            return _named(path, name)
-    except (OSError, ValueError, NotImplementedError) as error:
-        raise ModelError(f"{path}: cannot be read as a matrix: {error}") from error
-    raise ModelError(f"{path}: must be a .mtx, .npy, .npz or .mat file")
+
+    K: Any
+    M: Any
+    B: Any
+    gap: Any
+
+    def __post_init__(self) -> None:
+        for field, name, form in (
+            ("K", "stiffness K", sparse.csc_matrix),
+            ("M", "mass M", sparse.csc_matrix),
+            ("B", "contact rows B", sparse.csr_matrix),
+        ):
+            object.__setattr__(self, field, _checked(getattr(self, field), name, form))
+        _check_square(self.K, "stiffness K", self.K.shape[0])
+        _check_square(self.M, "mass M", self.size)
+        _check_diagonals(self.K, self.M)
+        _check_rows(self.B, self.size)
+        object.__setattr__(self, "gap", _gaps(self.gap, self.points))
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns n."""
+        return int(self.K.shape[0])
+
+    @property
+    def points(self) -> int:
+        """Number of contact points n_c."""
+        return int(self.B.shape[0])
+
+    @property
+    def massive(self) -> int:
+        """Number of unknowns with mass: no more modes than that have a frequency."""
+        return int(np.count_nonzero(self.M.diagonal()))
+
+    @property
+    def forces(self) -> Array:
+        """B^T, a unit force at each contact point, shape (n, n_c)."""
+        return np.asarray(self.B.T.toarray())
+
+    def contact_displacement(self, columns: Array) -> Array:
+        """B u of displacements, shape (n, k), as (n_c, k)."""
+        return np.asarray(self.B @ columns)
 
 
-def _named(path: Path, name: str | None) -> Any:
-    if path.suffix == ".mat":
-        held = {key: value for key, value in loadmat(path).items() if not key.startswith("__")}
-    else:
-        with np.load(path) as file:
-            if "format" in file and "indices" in file:
-                return sparse.load_npz(path)
-            held = {key: file[key] for key in file.files}
-    if name is None and len(held) == 1:
-        return next(iter(held.values()))
-    if name not in held:
-        raise ModelError(f'{path}: has no matrix "{name}"; it has {", ".join(sorted(held))}')
-    return held[name]
+def _checked(matrix: Any, name: str, form: Any) -> Any:
+    """A sparse matrix of finite real numbers."""
+    if not sparse.issparse(matrix):
+        matrix = np.asarray(matrix)
+    if matrix.dtype.kind not in "biuf":
+        raise ModelError(f"{name} has entries of type {matrix.dtype}: must be real numbers")
+    if matrix.ndim > 2 or 0 in matrix.shape:
+        raise ModelError(f"{name} has shape {matrix.shape}: must be a matrix with entries")
+    matrix = form(matrix, dtype=np.float64, copy=True)
+    matrix.sum_duplicates()
+    matrix.eliminate_zeros()
+    if not np.all(np.isfinite(matrix.data)):
+        raise ModelError(f"{name} has entries that are not finite")
+    return matrix
 
 
-def _check(K: Any, M: Any, B: Any, modes: int) -> None:
-    size = K.shape[0]
-    for name, matrix in (("K", K), ("M", M)):
-        if matrix.shape != (size, size):
-            raise ModelError(f"{name} has shape {matrix.shape}: must be {(size, size)}")
-        if not np.all(np.isfinite(matrix.data)):
-            raise ModelError(f"{name} has entries that are not finite")
-        if abs(matrix - matrix.T).max() > _ASYMMETRY * abs(matrix).max():
-            raise ModelError(f"{name} is not symmetric")
+def _check_square(matrix: Any, name: str, size: int) -> None:
+    if matrix.shape != (size, size):
+        raise ModelError(f"{name} has shape {matrix.shape}: must be {(size, size)}")
+    difference = abs(matrix - matrix.T).max()
+    if difference > _ASYMMETRY * abs(matrix).max():
+        raise ModelError(
+            f"{name} is not symmetric: entries differ from their mirror images by up to "
+            f"{difference:.3g}; a file of one triangle must be completed"
+        )
+
+
+def _check_diagonals(K: Any, M: Any) -> None:
+    """What positive matrices need, and what is cheap to see."""
+    diagonal = K.diagonal()
+    if diagonal.min() <= 0:
+        row = int(np.argmin(diagonal)) + 1
+        raise ModelError(
+            f"stiffness K has {diagonal.min():g} on the diagonal of row {row}: must be positive; "
+            "leave clamped and unused unknowns out"
+        )
+    diagonal = M.diagonal()
+    filled = np.diff(M.indptr) > 0
+    wrong = np.flatnonzero((diagonal < 0) | (filled & (diagonal == 0)))
+    if len(wrong):
+        raise ModelError(
+            f"mass M has {diagonal[wrong[0]]:g} on the diagonal of row {wrong[0] + 1}: must be "
+            "positive, or the whole row zero for an unknown without mass"
+        )
+    if not filled.any():
+        raise ModelError("mass M is zero: must have mass somewhere")
+
+
+def _check_rows(B: Any, size: int) -> None:
     if B.shape[1] != size:
-        raise ModelError(f"contact rows have {B.shape[1]} columns: must be {size} as K has")
-    if not 1 <= modes < size:
-        raise ModelError(f"modes = {modes}: must be at least 1 and below {size}")
+        raise ModelError(f"contact rows B have {B.shape[1]} columns: must be {size} as K has")
+    length = np.sqrt(np.asarray(B.multiply(B).sum(axis=1)).ravel())
+    if length.min() == 0:
+        raise ModelError(f"contact row {int(np.argmin(length)) + 1} is zero: must move with u")
+    unit = sparse.diags(1 / length) @ B
+    cosines = abs((unit @ unit.T).toarray()) - np.eye(len(length))
+    first, second = np.unravel_index(int(np.argmax(cosines)), cosines.shape)
+    if cosines[first, second] > 1 - _SAME_ROW:
+        raise ModelError(
+            f"contact rows {first + 1} and {second + 1} are multiples of each other: each must be "
+            "a contact point of its own"
+        )
+
+
+def _gaps(gap: Any, points: int) -> Array:
+    gaps = np.array(gap, dtype=np.float64)
+    if gaps.ndim == 0:
+        gaps = np.full(points, float(gaps))
+    if gaps.shape != (points,):
+        raise ModelError(
+            f"contact.gap has {gaps.size} values: must be one number, or one for each of the "
+            f"{points} contact rows"
+        )
+    if not np.all(gaps > 0) or not np.all(np.isfinite(gaps)):
+        raise ModelError(f"contact.gap = {gaps.min():g}: must be positive, in m")
+    gaps.setflags(write=False)
+    return gaps

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.reduction.model import Scales
+from fenics_nnm.reduction.operators import Operators
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,3 +50,30 @@ class GalerkinTruncation:
 
 Truncation = MasslessTruncation | GalerkinTruncation
 """What a reduced model leaves out."""
+
+
+def massless_truncation(residual_shapes: Array, operators: Operators) -> MasslessTruncation:
+    """What a massless-boundary model leaves out.
+
+    Args:
+        residual_shapes: X, shape (n, n_c).
+        operators: Products with the matrices of the structure.
+    """
+    mass = operators.mass(residual_shapes)
+    return MasslessTruncation(
+        slope=operators.gram(residual_shapes, mass),
+        curvature=operators.gram(mass, operators.static(mass)),
+    )
+
+
+def galerkin_truncation(shapes: Array, omega: Array, operators: Operators) -> GalerkinTruncation:
+    """What a Craig-Bampton model leaves out.
+
+    Args:
+        shapes: Psi, mass-normalised, shape (n, J).
+        omega: Circular frequencies in rad/s, shape (J,).
+        operators: Products with the matrices of the structure.
+    """
+    static, mass = shapes / omega**2, operators.mass(shapes)
+    missed = operators.static(mass) - static
+    return GalerkinTruncation(operators.gram(missed, mass - operators.stiffness(static)))

@@ -1,0 +1,60 @@
+"""What can be told and written of a structure given by matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
+from fenics_nnm.stages import Stages
+from fenics_nnm.study import Study
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixReport:
+    """Report of an analysis of matrices.
+
+    Attributes:
+        analysis: Analysis, the same on all ranks.
+    """
+
+    analysis: MatrixAnalysis
+
+    def sizes(self) -> dict[str, float]:
+        """Numbers of unknowns and contact rows."""
+        matrices = self.analysis.matrices
+        return {"dofs": matrices.size, "contact_points": matrices.points}
+
+    def heading(self) -> list[str]:
+        """Matrices and contact rows in words."""
+        matrices = self.analysis.matrices
+        low, high = matrices.gap.min(), matrices.gap.max()
+        gaps = f"{low:.4g} m" if low == high else f"{low:.4g} to {high:.4g} m"
+        return [
+            f"matrices         {matrices.size} unknowns, {matrices.size - matrices.massive} "
+            "without mass",
+            f"contact          {matrices.points} rows, gap {gaps}",
+        ]
+
+    def place(self, point: int) -> str:
+        """Number of a contact row."""
+        return f"contact row {point + 1}"
+
+    def largest(self, mode: int) -> float:
+        """Largest entry of a mode, kg^-1/2."""
+        return float(np.abs(self.analysis.reduction.shapes[:, mode]).max())
+
+    def arrays(self) -> dict[str, Array]:
+        """Shapes and residual shapes in the order of the unknowns."""
+        reduction = self.analysis.reduction
+        return {
+            "basis/shapes": reduction.shapes.T,
+            "basis/residual_shapes": reduction.residual_shapes.T,
+        }
+
+    def write_fields(self, folder: Path, study: Study, branch: Branch, stages: Stages) -> None:
+        """Nothing: without a mesh there is nothing to see in ParaView."""

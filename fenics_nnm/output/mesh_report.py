@@ -1,0 +1,97 @@
+"""What can be told and written of a body on a mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from fenics_nnm.analysis import harmonic_balance
+from fenics_nnm.arrays import Array
+from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.stages import Stages
+from fenics_nnm.study import Study
+
+
+@dataclass(frozen=True, slots=True)
+class MeshReport:
+    """Report of an analysis of a mesh.
+
+    Attributes:
+        analysis: Analysis, spread over the ranks.
+    """
+
+    analysis: LinearAnalysis
+
+    def sizes(self) -> dict[str, float]:
+        """Numbers of degrees of freedom and contact points, and their area."""
+        interface = self.analysis.interface
+        return {
+            "dofs": self.analysis.solid.dofs,
+            "contact_points": interface.count,
+            "contact_area_m2": float(interface.areas.sum()),
+        }
+
+    def heading(self) -> list[str]:
+        """Mesh, groups and contact in words."""
+        solid, interface = self.analysis.solid, self.analysis.interface
+        return [
+            f"mesh             {self._cells()} cells, {solid.dofs} degrees of freedom",
+            f"bounding box     {self._box()} m",
+            f"facet groups     {', '.join(sorted(solid.tagged.facets))}",
+            f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
+            f"gap {interface.gap.min():.4g} m",
+        ]
+
+    def place(self, point: int) -> str:
+        """Coordinates of a contact point."""
+        return "(" + ", ".join(f"{x:.5g}" for x in self.analysis.interface.points[point]) + ") m"
+
+    def largest(self, mode: int) -> float:
+        """Largest displacement component of a mode, kg^-1/2."""
+        shape = np.abs(self.analysis.reduction.shapes[:, mode]).max(initial=0.0)
+        return float(self.analysis.solid.tagged.mesh.comm.allreduce(shape, op=MPI.MAX))
+
+    def arrays(self) -> dict[str, Array]:
+        """Contact points everywhere; mesh and shapes on rank 0."""
+        interface = self.analysis.interface
+        contact = {
+            "contact/points": interface.points,
+            "contact/directions": interface.directions,
+            "contact/areas": interface.areas,
+        }
+        return {**contact, **gathered_basis(self.analysis)}
+
+    def write_fields(self, folder: Path, study: Study, branch: Branch, stages: Stages) -> None:
+        """Write ParaView files of the linear modes and of the motions asked for."""
+        on_root(self.analysis.solid.tagged.mesh.comm, folder.mkdir)
+        write_linear_modes(folder / "linear_modes.pvd", self.analysis)
+        wanted = study.continuation.report_at
+        for index, ratio in enumerate(wanted):
+            for point in branch.points:
+                if point.gamma_ratio == ratio:
+                    write_motion(
+                        folder / f"motion_{ratio:g}.pvd",
+                        self.analysis,
+                        point,
+                        series=harmonic_balance(study).series,
+                        frames=study.output.frames,
+                    )
+            stages.report((index + 1) / len(wanted))
+
+    def _cells(self) -> int:
+        mesh = self.analysis.solid.tagged.mesh
+        return int(mesh.topology.index_map(mesh.topology.dim).size_global)
+
+    def _box(self) -> str:
+        tagged = self.analysis.solid.tagged
+        coordinates = tagged.mesh.geometry.x[:, : tagged.dim]
+        pieces = [piece for piece in tagged.mesh.comm.allgather(coordinates) if len(piece)]
+        points = np.concatenate(pieces)
+        ranges = zip(points.min(axis=0), points.max(axis=0), strict=True)
+        return " x ".join(f"[{low:.6g}, {high:.6g}]" for low, high in ranges)

@@ -1,0 +1,73 @@
+"""All that is linear of a structure given by its matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
+from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.massless import massless_reduction
+from fenics_nnm.reduction.matrices import Matrices
+from fenics_nnm.reduction.matrix_modes import MatrixSolver
+from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.reduction import Reduction
+from fenics_nnm.stages import Stages
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixAnalysis:
+    """Matrices, their modes and the reduced model.
+
+    Attributes:
+        matrices: Stiffness, mass, contact rows and gaps.
+        modes: Linear modes.
+        reduction: Reduced model, and the way back in the order of the unknowns of the matrices.
+    """
+
+    matrices: Matrices
+    modes: LinearModes
+    reduction: Reduction
+
+    @property
+    def model(self) -> ReducedModel:
+        """Reduced model."""
+        return self.reduction.model
+
+
+def matrix_analysis(
+    matrices: Matrices,
+    *,
+    modes: int,
+    method: Literal["massless", "craig-bampton"] = "massless",
+    stages: Stages | None = None,
+) -> MatrixAnalysis:
+    """Find modes and attachment solutions, and reduce.
+
+    Args:
+        matrices: Structure.
+        modes: Number of free modes J, or of modes with the contact points held.
+        method: "massless", or "craig-bampton" with the contact directions retained.
+        stages: Told what is being done.
+
+    Raises:
+        ModelError: if the structure is not held, or cannot be reduced as asked.
+        ConvergenceError: if the eigensolver fails or misses a mode.
+    """
+    stages = stages or Stages()
+    with stages.stage("modes"):
+        solver = MatrixSolver(matrices)
+        free = solver.modes(modes)
+    with stages.stage("attachments"):
+        attachments = solver.attachments()
+        operators = solver.operators()
+        if method == "massless":
+            reduction = massless_reduction(
+                free.omega, free.shapes, attachments, matrices.gap, operators
+            )
+        else:
+            basis = np.hstack([attachments, solver.held_modes(attachments, modes)])
+            reduction = craig_bampton_reduction(basis, matrices.gap, operators)
+    return MatrixAnalysis(matrices, free, reduction)

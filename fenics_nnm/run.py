@@ -234,18 +234,17 @@ def _warn(branch: Branch) -> None:
 def _warn_unresolved(unresolved: list[BranchPoint], total: int) -> None:
     worst = max(unresolved, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
     if np.isnan(worst.return_error):
-        why = "the contact is too stiff for the check by time integration"
+        why = (
+            "the contact is too stiff for the check by time integration; fewer reduction.modes "
+            "make it softer"
+        )
     else:
         why = (
             f"integrated in time over a period, the motion at gamma_ratio {worst.gamma_ratio:g} "
-            f"misses its start by {100 * worst.return_error:.0f} %"
+            f"misses its start by {100 * worst.return_error:.0f} %; raise mode.harmonics and "
+            "mode.samples"
         )
-    logger.warning(
-        "%d of %d points are unresolved: %s; raise mode.harmonics and mode.samples",
-        len(unresolved),
-        total,
-        why,
-    )
+    logger.warning("%d of %d points are unresolved: %s", len(unresolved), total, why)
 
 
 def _staging_folder(folder: Path) -> tuple[Path, list[Path]]:

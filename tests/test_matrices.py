@@ -126,6 +126,21 @@ def test_unknowns_without_mass_are_condensed() -> None:
         np.testing.assert_allclose(omega, size // 2 * np.sqrt(2 * (1 - c)), rtol=1e-9)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_few_masses_on_many_unknowns(method: str) -> None:
+    """Ten masses on a string of 1000 springs: as many modes as masses, and no more."""
+    K, _, B = rod_matrices(1000)
+    mass = np.zeros(1000)
+    mass[99::100] = 0.1
+    mass[-1] = 0.05
+    given = Matrices(K, sparse.diags(mass), B, 1.0)
+    c = np.cos((2 * np.arange(1, 10) - 1) * np.pi / 20)
+    analysis = matrix_analysis(given, modes=9, method=method)
+    np.testing.assert_allclose(analysis.modes.omega, 10 * np.sqrt(2 * (1 - c)), rtol=1e-9)
+    with pytest.raises(ModelError, match=r"not above 10, the number of unknowns with mass"):
+        matrix_analysis(given, modes=11, method=method)
+
+
 def test_no_mode_is_missed_of_two_equal_rods(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every frequency twice: Lanczos methods may lose one of each pair."""
     monkeypatch.setattr(matrix_modes, "_DENSE", 10)

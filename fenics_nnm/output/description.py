@@ -23,7 +23,7 @@ def describe(study: Study, analysis: Analysis) -> str:
         *report.heading(),
         f"grazing          at {energy:.6g} J for mode {study.mode.number}, first at "
         f"{report.place(first)}",
-        f"largest motion   {report.largest(mode) * amplitude:.4g} m when it grazes",
+        f"largest motion   {report.largest(mode, amplitude)} when it grazes",
         "",
         " mode   frequency (Hz)   motion at contact (kg^-1/2)",
     ]

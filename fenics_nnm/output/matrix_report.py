@@ -44,9 +44,10 @@ class MatrixReport:
         """Number of a contact row."""
         return f"contact row {point + 1}"
 
-    def largest(self, mode: int) -> float:
-        """Largest entry of a mode, kg^-1/2."""
-        return float(np.abs(self.analysis.reduction.shapes[:, mode]).max())
+    def largest(self, mode: int, amplitude: float) -> str:
+        """Largest unknown of a mode at an amplitude in kg^1/2 m."""
+        shape = np.abs(self.analysis.reduction.shapes[:, mode]).max()
+        return f"{shape * amplitude:.4g} m (rad, if it is a rotation)"
 
     def arrays(self) -> dict[str, Array]:
         """Shapes and residual shapes in the order of the unknowns."""

@@ -52,10 +52,11 @@ class MeshReport:
         """Coordinates of a contact point."""
         return "(" + ", ".join(f"{x:.5g}" for x in self.analysis.interface.points[point]) + ") m"
 
-    def largest(self, mode: int) -> float:
-        """Largest displacement component of a mode, kg^-1/2."""
+    def largest(self, mode: int, amplitude: float) -> str:
+        """Largest displacement component of a mode at an amplitude in kg^1/2 m."""
         shape = np.abs(self.analysis.reduction.shapes[:, mode]).max(initial=0.0)
-        return float(self.analysis.solid.tagged.mesh.comm.allreduce(shape, op=MPI.MAX))
+        shape = self.analysis.solid.tagged.mesh.comm.allreduce(shape, op=MPI.MAX)
+        return f"{shape * amplitude:.4g} m"
 
     def arrays(self) -> dict[str, Array]:
         """Contact points everywhere; mesh and shapes on rank 0."""

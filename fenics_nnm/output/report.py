@@ -30,8 +30,8 @@ class Report(Protocol):
     def place(self, point: int) -> str:
         """Where a contact point is."""
 
-    def largest(self, mode: int) -> float:
-        """Largest displacement of a mode per modal coordinate, kg^-1/2."""
+    def largest(self, mode: int, amplitude: float) -> str:
+        """Largest displacement of a mode at an amplitude in kg^1/2 m, with its unit."""
 
     def arrays(self) -> dict[str, Array]:
         """Data sets for branch.h5, complete on rank 0."""

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import eigh, null_space
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from fenics_nnm.arrays import Array
@@ -16,7 +15,7 @@ from fenics_nnm.reduction.linear_modes import LinearModes, counting_shift
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.operators import Operators
 
-#: Up to this many unknowns all modes are found by a dense method.
+#: Up to this many unknowns with mass all modes are found by a dense method.
 _DENSE = 600
 
 #: Modes solved for beyond those asked for, so that the next frequency is known.
@@ -31,8 +30,8 @@ _MASSLESS = 1e-14
 #: Eigenvalues of the mass below minus this, scaled to a unit diagonal, are negative.
 _NEGATIVE_MASS = 1e-10
 
-#: Factors with at most so many entries are cheap enough to count pivots in: some seconds.
-_CHEAP = 10_000_000
+#: Factors with at most so many entries are cheap to count pivots in: about 10 s.
+_CHEAP = 30_000_000
 
 Solve = Callable[[Array], Array]
 
@@ -63,15 +62,10 @@ class MatrixSolver:
                 f"reduction.modes = {count}: must be at least 1 and not above {matrices.massive}, "
                 "the number of unknowns with mass"
             )
-        dense = matrices.size <= _DENSE
-        if dense:
-            squared, shapes = _all_modes(matrices.K.toarray(), matrices.M.toarray())
-        else:
-            wanted = min(count + _SPARE, matrices.massive)
-            squared, shapes = self._lowest(self._factor.solve, wanted)
+        squared, shapes, complete = self._modes_of(self._factor.solve, count + _SPARE)
         _check_found(len(squared), count, "free")
         _check_rigid(matrices.K, shapes[:, :count])
-        below = self._checked_below(squared, count, complete=dense)
+        below = self._checked_below(squared, count, complete=complete)
         return LinearModes(np.sqrt(squared[:count]), shapes[:, :count], below)
 
     def attachments(self) -> Array:
@@ -115,35 +109,35 @@ class MatrixSolver:
             ModelError: if there are fewer.
             ConvergenceError: if the eigensolver fails.
         """
-        matrices = self._matrices
-        if matrices.size <= _DENSE:
-            free = null_space(matrices.B.toarray())
-            K, M = (free.T @ (matrix @ free) for matrix in (matrices.K, matrices.M))
-            shapes = free @ _all_modes(K, M)[1] if free.shape[1] else free
-        else:
-            stiffness = np.linalg.inv(matrices.contact_displacement(attachments))
+        B = self._matrices.B
+        stiffness = np.linalg.inv(self._matrices.contact_displacement(attachments))
 
-            def held(right: Array) -> Array:
-                moved = self._factor.solve(right)
-                return moved - attachments @ (stiffness @ (matrices.B @ moved))
+        def held(right: Array) -> Array:
+            moved = self._factor.solve(right)
+            return np.asarray(moved - attachments @ (stiffness @ (B @ moved)))
 
-            _check_found(matrices.massive - matrices.points, count, "held")
-            shapes = self._lowest(held, count)[1]
+        _, shapes, _ = self._modes_of(held, count)
         _check_found(shapes.shape[1], count, "held")
         return np.asarray(shapes[:, :count])
 
-    def _lowest(self, solve: Solve, count: int) -> tuple[Array, Array]:
-        """Squared frequencies, ascending, and mass-normalised shapes by shift and invert."""
-        K, M = self._matrices.K, self._matrices.M
-        inverse = LinearOperator(K.shape, matvec=solve, dtype=np.float64)
-        start = np.random.default_rng(0).normal(size=K.shape[0])
+    def _modes_of(self, solve: Solve, count: int) -> tuple[Array, Array, bool]:
+        """Squared frequencies, ascending, mass-normalised shapes, and whether these are all.
+
+        Args:
+            solve: Displacements under columns of forces.
+            count: Number of modes; more or fewer are found if these are all.
+        """
+        M = self._matrices.M
+        if self._matrices.massive <= max(_DENSE, 2 * count):
+            return *_all_modes(solve, M), True
+        inverse = LinearOperator(M.shape, matvec=solve, dtype=np.float64)
+        start = np.random.default_rng(0).normal(size=self._matrices.size)
         try:
-            squared, shapes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
+            squared, shapes = eigsh(self._matrices.K, count, M, sigma=0.0, OPinv=inverse, v0=start)
         except ArpackError as error:
-            raise ConvergenceError(
-                f"eigensolver: {count} modes did not converge: {error}"
-            ) from error
-        return _normalised(1 / squared, shapes, M)
+            raise ConvergenceError(f"eigensolver: {count} modes not found: {error}") from error
+        with np.errstate(divide="ignore"):
+            return *_normalised(1 / squared, shapes, M), False
 
     def _checked_below(self, squared: Array, count: int, *, complete: bool) -> float:
         """Circular frequency below which the modes were counted in another way, or 0."""
@@ -163,13 +157,21 @@ class MatrixSolver:
         return float(np.sqrt(shift))
 
 
-def _all_modes(K: Array, M: Array) -> tuple[Array, Array]:
-    """All squared frequencies, ascending, and mass-normalised shapes of dense matrices."""
-    try:
-        inverse, shapes = eigh(M, K)
-    except np.linalg.LinAlgError as error:
-        raise ModelError("stiffness K is not positive definite") from error
-    return _normalised(inverse, shapes, M)
+def _all_modes(solve: Solve, M: Any) -> tuple[Array, Array]:
+    """All squared frequencies, ascending, and mass-normalised shapes, condensed to the masses.
+
+    With M = C C^T and the flexibility G = K^-1 the pencil becomes C^T G C z = z / omega^2, and the
+    shape of z is omega^2 G C z.
+    """
+    massive = np.flatnonzero(M.diagonal())
+    scale = np.sqrt(M.diagonal()[massive])
+    part = M[massive][:, massive].toarray() / np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(part)
+    C = np.zeros((M.shape[0], len(massive)))
+    C[massive] = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0))
+    moved = solve(C)
+    inverse, combined = np.linalg.eigh(C.T @ moved)
+    return _normalised(inverse, moved @ combined, M)
 
 
 def _normalised(inverse: Array, shapes: Array, M: Any) -> tuple[Array, Array]:

@@ -43,3 +43,31 @@ def frequency_ratio(gamma_ratio: Array | float) -> Array:
     periods = np.linspace(3.02, 3.9999, 4000)
     ratios = np.array([gamma(period) for period in periods]) / GRAZING_GAMMA
     return np.interp(gamma_ratio, ratios[::-1], 4 / periods[::-1])
+
+
+def period_at(gamma_ratio: float) -> float:
+    """Period T of the exact mode at given gamma over gamma at grazing."""
+    return 4 / float(frequency_ratio(gamma_ratio))
+
+
+def motion(period: float, time: Array, place: Array) -> tuple[Array, Array]:
+    """Displacement and velocity at times over the period (0: middle of the contact) and places.
+
+    In units of the gap, and of the gap times wave speed over length; shape (times, places).
+    """
+    a = 1 / (2 * (period - 3))
+    t = (time * period + period / 2 + 1)[:, None]
+    ahead, behind = t + place, t - place
+    displacement = _wave(ahead, period, a) - _wave(behind, period, a)
+    return displacement, _slope(ahead, period, a) - _slope(behind, period, a)
+
+
+def _wave(s: Array, period: float, a: float) -> Array:
+    """F, the integral of the square wave."""
+    whole, rest = np.divmod(s, period)
+    return whole * a * (period - 4) + np.interp(rest, [0, 2, period], [0, -2 * a, a * (period - 4)])
+
+
+def _slope(s: Array, period: float, a: float) -> Array:
+    """F', the square wave."""
+    return np.where(np.mod(s, period) < 2, -a, a)

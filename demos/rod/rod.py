@@ -7,16 +7,20 @@
 # one. All natural frequencies of the rod are odd multiples of the first one, the worst case of
 # internal resonance; the dents in the curve are such resonances.
 #
-# Run with `python3 demos/rod/rod.py`; results go to demos/rod/results.
+# Run with `python3 demos/rod/rod.py`; results go to demos/rod/results. The pictures are
+# discussed in docs/paper_figures.md.
 
 # %%
 from pathlib import Path
 
 import numpy as np
-from exact_rod import frequency_ratio
+from exact_rod import frequency_ratio, motion, period_at
 from rich.console import Console
 
+from fenics_nnm.output.motion_measures import Standing, standing
+from fenics_nnm.output.motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_time
 from fenics_nnm.output.plots import plot_backbone
+from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.progress import progress
 from fenics_nnm.run import RunResult, run_study
 from fenics_nnm.study import read_study
@@ -24,10 +28,13 @@ from fenics_nnm.study import read_study
 HERE = Path(__file__).parent
 
 
+RESULTS = HERE / "results"
+
+
 def run(name: str) -> RunResult:
     path = HERE / f"{name}.toml"
     with progress(Console()) as stages:
-        return run_study(read_study(path), path.read_text(), HERE / "results" / name, stages=stages)
+        return run_study(read_study(path), path.read_text(), RESULTS / name, stages=stages)
 
 
 # %% [markdown]
@@ -69,10 +76,78 @@ assert max(map(abs, error.values())) < 0.03
 gamma = np.linspace(1.02, 4, 200)
 linear = fine.summary["linear_frequencies_Hz"][0]
 plot_backbone(
-    HERE / "results" / "backbone_exact.png",
+    RESULTS / "backbone_exact.png",
     points,
     title="Rod against a rigid obstacle: 100 quadratic elements, 40 modes, 20 harmonics",
     linear_frequency=linear,
     curves={"exact": (gamma, frequency_ratio(gamma) * linear)},
 )
-print(f"picture: {HERE / 'results' / 'backbone_exact.png'}")
+
+# %% [markdown]
+# Phase space: below grazing all nodes move in proportion, beyond it the invariant manifold bends.
+
+# %%
+ENERGIES = {"paper": (0.7, 0.9, 1.2, 1.5, 1.8), "fine": (0.7, 0.9, 1.2, 1.4, 1.8)}
+TITLES = {
+    "paper": "Rod against a rigid obstacle: 20 linear elements, 5 harmonics",
+    "fine": "Rod against a rigid obstacle: 100 quadratic elements, 20 harmonics",
+}
+branches = {name: read_stored_branch(RESULTS / name / "branch.h5") for name in TITLES}
+for name, branch in branches.items():
+    places = {"x = 0.5 m": 0.5, "x = 0.05 m": 0.05, "x = 1 m": 1.0}
+    stations = {label: branch.node_at(np.array([x, 0, 0])) for label, x in places.items()}
+    picture = RESULTS / f"phase_space_{name}.png"
+    plot_phase_space(picture, branch, ENERGIES[name], stations, title=TITLES[name])
+
+# %% [markdown]
+# Space and time: a standing wave at 0.7, a travelling one at 1.8, where the rod is at rest or moves
+# with constant speed, and fronts at the wave speed part the two. Each run is drawn beside the exact
+# motion, and its velocity compared with the best standing wave a(x) b(t).
+
+
+# %%
+def exact_motion(gamma_ratio: float) -> SpaceTime:
+    """The exact motion of the rod of 1 m, gap 1 mm, in SI units."""
+    period = period_at(gamma_ratio)
+    time, place = np.linspace(-0.5, 0.5, 721), np.linspace(0, 1, 801)
+    u, v = motion(period, time, place)
+    speed = np.sqrt(2.1e11 / 7800)
+    hertz = speed / period
+    name = rf"$\gamma / \gamma_\mathrm{{grazing}} = {gamma_ratio:g}$, exact: {hertz:.1f} Hz"
+    return SpaceTime(name, time, place, 1e-3 * u, 1e-3 * speed * v)
+
+
+def how_standing(field: SpaceTime) -> Standing:
+    weight = np.gradient(field.place)
+    weight[[0, -1]] /= 2
+    return standing(field.velocity[:-1], weight)
+
+
+exact = exact_motion(1.8)
+travelling = {"exact": how_standing(exact).travelling_ratio}
+for name, branch in branches.items():
+    maps = []
+    for ratio in (0.7, 1.8):
+        point = branch.point(ratio)
+        label = rf"$\gamma / \gamma_\mathrm{{grazing}} = {ratio:g}$: {point.frequency:.1f} Hz"
+        label += f"\n(Rayleigh {point.rayleigh_frequency:.1f} Hz), {point.status}"
+        maps.append(space_time(branch, point, name=label))
+    low, high = map(how_standing, maps)
+    travelling[name] = high.travelling_ratio
+    print(
+        f"{name}: travelling ratio {low.travelling_ratio:.3f} at 0.7, {high.travelling_ratio:.3f} "
+        f"at 1.8, where the best standing wave leaves {high.remainder:.1%} of the kinetic energy; "
+        f"exact at 1.8: {travelling['exact']:.3f}, {how_standing(exact).remainder:.1%}"
+    )
+    assert low.travelling_ratio < 1e-9
+    assert 0.25 < high.travelling_ratio < 0.45
+    plot_space_time(
+        RESULTS / f"space_time_{name}.png",
+        [*maps, exact],
+        title=TITLES[name],
+        caption="One period, contact in the middle. Travelling ratio of the velocity (0: standing "
+        f"wave, 1: travelling wave): {low.travelling_ratio:.3f}, {high.travelling_ratio:.3f}, "
+        f"exact {travelling['exact']:.3f}.",
+    )
+assert abs(travelling["fine"] - travelling["exact"]) < 0.01
+print(f"pictures: {RESULTS}/*.png")

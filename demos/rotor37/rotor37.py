@@ -6,23 +6,28 @@
 # be is measured by mesh_study.py.
 #
 # Run with `python3 demos/rotor37/rotor37.py`; results go to demos/rotor37/results. Open
-# results/fields/motion_1.8.pvd in ParaView, warp by displacement, and play the period.
+# results/fields/motion_1.8.pvd in ParaView, warp by displacement, and play the period. The pictures
+# are discussed in docs/paper_figures.md.
 
 # %%
 from pathlib import Path
 
-import h5py
 import numpy as np
 from rich.console import Console
 
+from fenics_nnm.output.motion_measures import first_torsion_mode, kinetic_shares, section_motion
+from fenics_nnm.output.motion_plots import plot_kinetic_shares
+from fenics_nnm.output.stored_branch import read_stored_branch
+from fenics_nnm.output.surface_plots import Deformed, Row, View, plot_contact_mesh, plot_deformed
 from fenics_nnm.progress import progress
 from fenics_nnm.run import run_study
 from fenics_nnm.study import read_study
 
 HERE = Path(__file__).parent
+RESULTS = HERE / "results"
 path = HERE / "rotor37.toml"
 with progress(Console()) as stages:
-    result = run_study(read_study(path), path.read_text(), HERE / "results", stages=stages)
+    result = run_study(read_study(path), path.read_text(), RESULTS, stages=stages)
 points = result.branch.points
 print(
     f"{result.summary['dofs']} degrees of freedom, first frequency "
@@ -33,8 +38,8 @@ print(
 # Contact begins where the first mode moves outwards most: at the leading edge.
 
 # %%
-with h5py.File(HERE / "results" / "branch.h5") as file:
-    axial = file["contact/points"][:, 0]
+blade = read_stored_branch(RESULTS / "branch.h5")
+axial = blade.contact_points[:, 0]
 touching = next(point for point in points if point.force.max() > 1e-6 * points[-1].force.max())
 first = int(np.argmax(touching.force.max(axis=0)))
 chord_position = (axial[first] - axial.min()) / np.ptp(axial)
@@ -54,3 +59,86 @@ for point in points:
 contacting = [point.frequency for point in points if point.gamma_ratio >= 1]
 assert np.all(np.diff(contacting) > 0)
 assert result.branch.complete
+
+# %% [markdown]
+# The first torsion mode is the lowest linear mode that turns the tip section about the span more
+# than it moves it otherwise. How much of it is in the nonlinear mode, and how does the tip turn?
+
+# %%
+span, tip = blade.contact_axis, blade.contact_nodes
+torsion = first_torsion_mode(blade)
+torsion_frequency = blade.header.model.omega[torsion] / (2 * np.pi)
+turning = section_motion(blade.nodes[tip], blade.shapes[torsion, tip], span).rotation_share
+print(
+    f"first torsion mode: number {torsion + 1}, {torsion_frequency:.1f} Hz, rotation about the "
+    f"span is {turning:.0%} of the tip's mean square motion"
+)
+assert torsion == 1
+
+ENERGIES = (0.7, 1.8, 3.0)
+shares, amplitudes, turns = {}, {}, {}
+for ratio in ENERGIES:
+    point = blade.point(ratio)
+    shares[ratio] = kinetic_shares(blade.series, point.q)[torsion]
+    phase = np.linspace(0, np.pi, 181)
+    largest = np.linalg.norm(blade.displacement(point, phase), axis=2).max(axis=1).argmax()
+    for instant in {0, int(largest)}:
+        q = blade.coordinates(point, phase[[instant]])[0]
+        moved = blade.displacement(point, phase[[instant]], tip)[0]
+        section = section_motion(blade.nodes[tip], moved, span)
+        turn = np.degrees(section.angle) / np.linalg.norm(section.translation) / 1e3
+        if instant == 0:
+            amplitudes[ratio], turns[ratio] = q[torsion] / q[0], turn
+        print(
+            f"gamma ratio {ratio:.1f}, t/T = {phase[instant] / 2 / np.pi:.2f}: torsion mode has "
+            f"{shares[ratio]:.4%} of the kinetic energy and {q[torsion] / q[0]:+.2%} of the first "
+            f"mode's amplitude; the tip turns by {abs(turn):.3f} degrees a millimetre"
+        )
+assert shares[0.7] < 1e-12
+assert 1e-6 < shares[1.8] < 1e-4 < shares[3.0] < 1e-3
+assert 0.005 < abs(amplitudes[3.0]) < 0.03
+assert abs(turns[3.0]) < 0.9 * abs(turns[0.7])
+
+# %% [markdown]
+# Deformed blades in the middle of the contact, and what contact adds to the linear mode: above all
+# the bending of the corner that rubs.
+
+# %%
+VIEW = View(elevation=18, azimuth=-65)
+whole, added = [], []
+for ratio in ENERGIES:
+    point = blade.point(ratio)
+    displacement = blade.displacement(point, np.zeros(1))[0]
+    first_alone = np.zeros(blade.header.model.modes)
+    first_alone[0] = blade.coordinates(point, np.zeros(1))[0, 0]
+    name = rf"$\gamma / \gamma_\mathrm{{grazing}} = {ratio:g}$"
+    whole.append(
+        Deformed(
+            f"{name}: {point.frequency:.2f} Hz\n(Rayleigh {point.rayleigh_frequency:.2f} Hz)",
+            displacement,
+        )
+    )
+    added.append(
+        Deformed(
+            f"torsion mode: {shares[ratio]:.4%} of\nkinetic energy, "
+            f"{amplitudes[ratio]:+.2%} of amplitude",
+            displacement - blade.modal_field(first_alone),
+        )
+    )
+plot_contact_mesh(
+    RESULTS / "mesh.png", blade, title="NASA rotor 37 blade and its contact points", view=VIEW
+)
+plot_deformed(
+    RESULTS / "mode_shapes.png",
+    blade,
+    [Row("displacement", 1.5, whole), Row("part not in the linear mode", 5, added)],
+    title="NASA rotor 37 blade: nonlinear mode 1 in the middle of the contact",
+    caption="Colours: displacement. Shapes drawn 1.5 times (above) and 5 times (below) as large, "
+    "over the outline at rest.\nTorsion mode: "
+    f"mode {torsion + 1}, {torsion_frequency:.1f} Hz; its amplitude is that over the first mode's.",
+    view=VIEW,
+)
+plot_kinetic_shares(
+    RESULTS / "kinetic_shares.png", blade, title="NASA rotor 37 blade: modes that contact brings in"
+)
+print(f"pictures: {RESULTS}/*.png")

@@ -18,7 +18,7 @@ from fenics_nnm.fem.contact import ContactInterface, at_vertices
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.nonlinear.contact_law import Complementarity
+from fenics_nnm.nonlinear.forces import contact_forces
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 
@@ -69,11 +69,7 @@ def write_motion(
     pressure = _Pressure(solid, analysis.interface)
     phase = 2 * np.pi * np.arange(frames) / frames
     coordinates = series.basis_at(phase) @ point.q
-    if analysis.model.massless:
-        law = Complementarity(analysis.model.R, analysis.model.gap)
-        forces = law(coordinates @ analysis.model.Phi.T).force
-    else:
-        forces = series.interpolated(point.force, phase)
+    forces = contact_forces(analysis.model, series, point, phase)
     with _vtk_file(solid, path) as file:
         for frame in range(frames):
             _fill(

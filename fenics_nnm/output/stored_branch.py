@@ -1,0 +1,148 @@
+"""Motions of a finished run on its mesh, from branch.h5 alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.errors import OutputError
+from fenics_nnm.nonlinear.forces import contact_force_rates, contact_forces
+from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output import branch_file
+from fenics_nnm.output.branch_file import BranchHeader
+
+#: Two gamma ratios nearer than this are the same.
+_SAME_RATIO = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class StoredBranch:
+    """A branch with the mesh and the shapes that its motions are made of.
+
+    At any time u = shapes q - residual_shapes lambda.
+
+    Attributes:
+        header: What holds for all points; the reduced model is in it.
+        points: Points by ascending energy.
+        nodes: Places of the nodes in m, shape (n, 3).
+        cells: Nodes of each cell in VTK's order, shape (cells, nodes a cell).
+        cell_type: VTK's number of the cell type.
+        shapes: Displacement per modal coordinate in kg^-1/2, shape (J, n, dim).
+        residual_shapes: Displacement per contact force in m/N, shape (n_c, n, dim).
+        contact_points: Places of the contact points in m, shape (n_c, 3).
+        contact_directions: Unit vectors towards the obstacle, shape (n_c, dim).
+    """
+
+    header: BranchHeader
+    points: tuple[BranchPoint, ...]
+    nodes: Array
+    cells: Indices
+    cell_type: int
+    shapes: Array
+    residual_shapes: Array
+    contact_points: Array
+    contact_directions: Array
+
+    @property
+    def series(self) -> Series:
+        """Series in time that the points are written in."""
+        kind = FourierSeries if self.header.series == "general" else CosineSeries
+        return kind(self.header.harmonics, self.header.samples)
+
+    @property
+    def contact_nodes(self) -> Indices:
+        """The node at each contact point, shape (n_c,)."""
+        return np.array([self.node_at(place) for place in self.contact_points])
+
+    @property
+    def contact_axis(self) -> Array:
+        """Unit vector along the mean contact direction; the span of a blade, shape (dim,)."""
+        mean = np.mean(self.contact_directions, axis=0, keepdims=True)
+        return (mean / np.linalg.norm(mean))[0]
+
+    def node_at(self, place: Array) -> int:
+        """The node nearest to a place (x, y, z) in m."""
+        return int(np.argmin(np.linalg.norm(self.nodes - place, axis=1)))
+
+    def point(self, gamma_ratio: float) -> BranchPoint:
+        """The point at a gamma ratio.
+
+        Raises:
+            OutputError: if there is none.
+        """
+        nearest = min(
+            self.points, key=lambda point: abs(point.gamma_ratio - gamma_ratio), default=None
+        )
+        if nearest is None or abs(nearest.gamma_ratio - gamma_ratio) > _SAME_RATIO:
+            raise OutputError(
+                f"no point at gamma_ratio {gamma_ratio:g}: "
+                "name it in continuation.report_at to have one"
+            )
+        return nearest
+
+    def coordinates(self, point: BranchPoint, phase: Array) -> Array:
+        """Modal coordinates in kg^1/2 m at phases omega t, shape (len(phase), J)."""
+        return self.series.basis_at(phase) @ point.q
+
+    def displacement(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
+        """Displacement in m.
+
+        Args:
+            point: Point of this branch.
+            phase: Phases omega t.
+            nodes: Nodes wanted; all of them if not given.
+
+        Returns:
+            Shape (len(phase), number of nodes, dim).
+        """
+        forces = contact_forces(self.header.model, self.series, point, phase)
+        return self._field(self.coordinates(point, phase), forces, nodes)
+
+    def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
+        """Velocity in m/s, the time derivative of `displacement`, of the same shape."""
+        rates = self.series.rate_at(phase) @ point.q
+        if self.header.model.massless:
+            force_rates = contact_force_rates(self.header.model, self.series, point, phase)
+        else:
+            force_rates = np.zeros((len(phase), self.header.model.points))
+        return 2 * np.pi * point.frequency * self._field(rates, force_rates, nodes)
+
+    def modal_field(self, coordinates: Array) -> Array:
+        """Displacement in m of given modal coordinates (J,) without contact, shape (n, dim)."""
+        return np.tensordot(coordinates, self.shapes, 1)
+
+    def _field(self, coordinates: Array, forces: Array, nodes: Indices | None) -> Array:
+        chosen = slice(None) if nodes is None else nodes
+        modal = np.tensordot(coordinates, self.shapes[:, chosen], 1)
+        return modal - np.tensordot(forces, self.residual_shapes[:, chosen], 1)
+
+
+def read_stored_branch(path: Path) -> StoredBranch:
+    """Read a branch with its mesh and shapes.
+
+    Raises:
+        OutputError: if the file cannot be read or is of another kind.
+    """
+    header, points = branch_file.read(path)
+    with h5py.File(path, "r") as file:
+        return StoredBranch(
+            header=header,
+            points=points,
+            nodes=_in_space(file["mesh/points"][:]),
+            cells=file["mesh/cells"][:],
+            cell_type=int(file["mesh/cell_type"][()]),
+            shapes=file["basis/shapes"][:],
+            residual_shapes=file["basis/residual_shapes"][:],
+            contact_points=_in_space(file["contact/points"][:]),
+            contact_directions=file["contact/directions"][:],
+        )
+
+
+def _in_space(places: Array) -> Array:
+    """Places with three coordinates, zeros where the body has fewer."""
+    return np.pad(places, ((0, 0), (0, 3 - places.shape[1])))

@@ -20,7 +20,8 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
+from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
+from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.matrices import Matrices
@@ -70,6 +71,7 @@ def _analysis_of_matrices(study: MatrixStudy, stages: Stages) -> MatrixAnalysis:
         K, M, B = (read_matrix(path, name) for path, name in study.matrices.places)
         matrices = Matrices(K, M, B, study.contact.gap)
     chosen = study.reduction
+    assert chosen.method != "none"  # refused by the study
     return matrix_analysis(matrices, modes=chosen.modes, method=chosen.method, stages=stages)
 
 
@@ -92,8 +94,9 @@ def _analysis_of_mesh(study: MeshStudy, comm: MPI.Comm, stages: Stages) -> Linea
 
 def nonlinear_mode(
     study: Study,
-    model: ReducedModel,
+    analysis: LinearAnalysis | MatrixAnalysis,
     *,
+    flexibility: FlexibilitySource | None = None,
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     stages: Stages | None = None,
 ) -> Branch:
@@ -101,7 +104,8 @@ def nonlinear_mode(
 
     Args:
         study: Study.
-        model: Reduced model in SI units.
+        analysis: All that is linear of it.
+        flexibility: Residual flexibility of the whole model, for a study of full order.
         on_point: Called with each converged point before the next one is begun.
         stages: Told how far the branch is.
     """
@@ -110,7 +114,7 @@ def nonlinear_mode(
     span = energies.stop - energies.start
     with stages.stage("backbone"):
         return follow(
-            model,
+            analysis.model,
             EnergyContinuation(
                 start=energies.start,
                 stop=energies.stop,
@@ -119,6 +123,8 @@ def nonlinear_mode(
             ),
             harmonic_balance(study),
             mode=study.mode.number - 1,
+            flexibility=flexibility,
+            truncation=analysis.reduction.truncation,
             on_point=on_point,
             on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
         )
@@ -132,6 +138,11 @@ def harmonic_balance(study: Study) -> HarmonicBalance:
         general=study.mode.series == "general",
         multipliers=_multipliers(study),
     )
+
+
+def model_in_contact(study: Study, analysis: LinearAnalysis | MatrixAnalysis) -> ReducedModel:
+    """The model that the motions of a study obey, R = 0 where contact points carry mass."""
+    return contact_model(analysis.model, harmonic_balance(study), full_order=study.full_order)
 
 
 def _reduced(
@@ -151,7 +162,7 @@ def _reduced(
 
 
 def _multipliers(study: Study) -> MultiplierLoop | None:
-    if study.reduction.method == "massless":
+    if not study.carries_mass:
         return None
     chosen = study.augmented_lagrangian
     return MultiplierLoop(**chosen.model_dump()) if chosen else MultiplierLoop()

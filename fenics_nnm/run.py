@@ -18,12 +18,15 @@ import slepc4py
 from mpi4py import MPI
 
 import fenics_nnm
-from fenics_nnm.analysis import linear_analysis, nonlinear_mode
+from fenics_nnm.analysis import linear_analysis, model_in_contact, nonlinear_mode
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError, StudyError
-from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fem.harmonic import HarmonicSolver
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.parallel import conducted, on_root
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.verdict import RESONANT, STATUSES, UNCHECKED, UNRESOLVED
 from fenics_nnm.output import branch_file
@@ -139,14 +142,19 @@ class _Recorder:
                 point.iterations,
             )
 
-        def solve() -> Branch:
-            branch = nonlinear_mode(self.study, analysis.model, on_point=store, stages=self.stages)
+        def solve(flexibility: FlexibilitySource | None = None) -> Branch:
+            branch = nonlinear_mode(
+                self.study, analysis, flexibility=flexibility, on_point=store, stages=self.stages
+            )
             with uninterrupted():
                 branch_file.finish(path, branch)
             return branch
 
         # one rank decides about the steps, so that round-off cannot part the ranks
-        return on_root(self.comm, solve)
+        if not (self.study.full_order and isinstance(analysis, LinearAnalysis)):
+            return on_root(self.comm, solve)
+        with HarmonicSolver(analysis, harmonics=self.study.mode.harmonics) as flexibility:
+            return conducted(self.comm, solve, flexibility)
 
     def write_tables(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
         """Write table, picture and summary; the summary is returned."""
@@ -163,7 +171,7 @@ class _Recorder:
             harmonics=mode.harmonics,
             samples=mode.samples,
             series=mode.series,
-            model=analysis.model,
+            model=model_in_contact(self.study, analysis),
         )
         branch_file.create(self.folder / "branch.h5", header, arrays)
 

@@ -40,19 +40,43 @@ class _AnyStudy(Record):
     continuation: ContinuationSection = ContinuationSection()
     output: OutputSection = OutputSection()
 
+    @property
+    def full_order(self) -> bool:
+        """Whether the whole model is used at every harmonic, without reduction."""
+        return self.reduction.method == "none"
+
+    @property
+    def carries_mass(self) -> bool:
+        """Whether contact points carry mass, so that contact needs the augmented Lagrangian."""
+        chosen = self.full_order and self.contact.law == "augmented-lagrangian"
+        return chosen or self.reduction.method == "craig-bampton"
+
     @model_validator(mode="after")
     def _law_fits_reduction(self) -> _AnyStudy:
-        carries_mass = self.reduction.method == "craig-bampton"
-        law = self.contact.law
-        if carries_mass and law == "complementarity":
+        if self.carries_mass and self.contact.law == "complementarity":
             raise ValueError(
                 'contact.law = "complementarity": does not fit reduction.method = "craig-bampton", '
                 'whose contact points carry mass: must be "augmented-lagrangian"'
             )
-        if not carries_mass and (law == "augmented-lagrangian" or self.augmented_lagrangian):
+        if not self.carries_mass and self.contact.law == "augmented-lagrangian":
             raise ValueError(
                 'contact.law = "augmented-lagrangian": needs contact points that carry mass: '
-                'reduction.method = "craig-bampton"'
+                'reduction.method = "craig-bampton" or "none"'
+            )
+        if not self.carries_mass and self.augmented_lagrangian:
+            raise ValueError(
+                'augmented_lagrangian: needs contact.law = "augmented-lagrangian", for contact '
+                'points that carry mass: reduction.method = "craig-bampton" or "none"'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _normalisation_fits_reduction(self) -> _AnyStudy:
+        chosen = self.augmented_lagrangian
+        if self.full_order and chosen and chosen.normalisation == "penalised":
+            raise ValueError(
+                'augmented_lagrangian.normalisation = "penalised": is the form of reduced models: '
+                'with reduction.method = "none" must be "exact"'
             )
         return self
 
@@ -97,6 +121,11 @@ class MatrixStudy(_AnyStudy):
 
     @model_validator(mode="after")
     def _reduction_fits_matrices(self) -> MatrixStudy:
+        if self.full_order:
+            raise ValueError(
+                'reduction.method = "none": full order factorises the matrices of a mesh at every '
+                'harmonic: with [matrices] must be "massless" or "craig-bampton"'
+            )
         if self.reduction.interface == "all":
             raise ValueError(
                 'reduction.interface = "all": needs the directions of a mesh: [matrices] have the '

@@ -195,17 +195,20 @@ class ContactSection(LawSection):
 class ReductionSection(Record):
     """From the mesh to a few coordinates."""
 
-    method: Literal["massless", "craig-bampton"] = Field(
-        "massless", description='"massless" (free modes, residual flexibility) or "craig-bampton"'
+    method: Literal["massless", "craig-bampton", "none"] = Field(
+        "massless",
+        description='"massless" (free modes, residual flexibility), "craig-bampton", or "none"',
     )
-    modes: Count = Field(40, description="number of free modes, or of fixed-interface modes")
+    modes: Count = Field(
+        40, description="number of free modes, of fixed-interface modes, or of explicit modes"
+    )
     interface: Literal["all", "contact"] | None = Field(
         None, description='retained directions of craig-bampton: "all" (default) or "contact"'
     )
 
     @model_validator(mode="after")
     def _interface_fits_method(self) -> ReductionSection:
-        if self.method == "massless" and self.interface is not None:
+        if self.method != "craig-bampton" and self.interface is not None:
             raise ValueError('interface belongs to method = "craig-bampton"')
         return self
 

@@ -286,6 +286,11 @@ WRONG = [
     ({"contact": {"gpa": 1.0}}, "contact.gpa: unknown key", 'did you mean "gap"?'),
     ({"output": {"frames": 30}}, "output.frames: belongs to [mesh]", "no ParaView files"),
     (
+        {"reduction": {"method": "none"}},
+        'reduction.method = "none"',
+        'must be "massless" or "craig-bampton"',
+    ),
+    (
         {"reduction": {"method": "craig-bampton", "interface": "all"}},
         'reduction.interface = "all"',
         '"contact"',

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from conftest import PLATE, Ended
 
+from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
 
 Command = Callable[..., Ended]
 StudyFile = Callable[..., Path]
 
 CRAIG_BAMPTON = {"method": "craig-bampton", "modes": 4}
+FULL_ORDER = {"method": "none", "modes": 4}
 
 
 @pytest.mark.parametrize(
@@ -33,7 +35,26 @@ CRAIG_BAMPTON = {"method": "craig-bampton", "modes": 4}
         (
             {"augmented_lagrangian": {"penalty": 5.0}},
             'contact.law = "augmented-lagrangian"',
-            "contact points that carry mass",
+            "points that carry mass",
+        ),
+        (
+            {"reduction": FULL_ORDER, "augmented_lagrangian": {"penalty": 5.0}},
+            'contact.law = "augmented-lagrangian"',
+            "points that carry mass",
+        ),
+        (
+            {
+                "reduction": FULL_ORDER,
+                "contact": {"law": "augmented-lagrangian"},
+                "augmented_lagrangian": {"normalisation": "penalised"},
+            },
+            'normalisation = "penalised"',
+            'must be "exact"',
+        ),
+        (
+            {"reduction": {**FULL_ORDER, "interface": "contact"}},
+            "interface",
+            'method = "craig-bampton"',
         ),
         ({"reduction": {"interface": "all"}}, "interface", 'method = "craig-bampton"'),
         (
@@ -55,6 +76,15 @@ def test_choices_that_do_not_go_together(
     command("check", study_file(**changes)).assert_one_line(2, named, right)
 
 
+def displacements(folder: Path, frame: int) -> np.ndarray:
+    """Displacement at all nodes in one frame of a written motion."""
+    root = ElementTree.parse(folder / f"frame_p0_{frame:06d}.vtu").getroot()
+    text = next(
+        a.text for a in root.iter("DataArray") if a.attrib.get("Name") == "displacement (m)"
+    )
+    return np.array((text or "").split(), dtype=float)
+
+
 def test_general_series_gives_the_same_table_and_motion(
     study_file: StudyFile, command: Command, tmp_path: Path
 ) -> None:
@@ -65,12 +95,8 @@ def test_general_series_gives_the_same_table_and_motion(
         assert ended.code == 0, ended.err
         _, points = branch_file.read(tmp_path / series / "branch.h5")
         frequencies.append([point.frequency for point in points])
-        frame = tmp_path / series / "fields" / "motion_1.1" / "frame_p0_000005.vtu"
-        root = ElementTree.parse(frame).getroot()
-        text = next(
-            a.text for a in root.iter("DataArray") if a.attrib.get("Name") == "displacement (m)"
-        )
-        pictures.append(np.array((text or "").split(), dtype=float))
+        frame = tmp_path / series / "fields" / "motion_1.1"
+        pictures.append(displacements(frame, 5))
     assert frequencies[1] == pytest.approx(frequencies[0], rel=1e-8)
     np.testing.assert_allclose(pictures[1], pictures[0], atol=1e-8 * np.abs(pictures[0]).max())
 
@@ -92,3 +118,52 @@ def test_craig_bampton_study_from_file_to_motion(
     assert points[-1].force.max() > 0
     assert points[-1].frequency_ratio > 1.001
     assert (tmp_path / "out" / "fields" / "motion_1.1.pvd").is_file()
+
+
+def last_point_and_frame(folder: Path) -> tuple[BranchPoint, np.ndarray]:
+    points = branch_file.read(folder / "branch.h5")[1]
+    return points[-1], displacements(folder / "fields" / "motion_1.1", 1)
+
+
+def test_full_order_study_from_file_to_motion(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """Near the massless model of as many modes, and nearer the more there are."""
+    apart = []
+    for modes in (4, 12):
+        found = []
+        for method in ("massless", "none"):
+            study = study_file(PLATE, reduction={"method": method, "modes": modes})
+            folder = tmp_path / f"{method}-{modes}"
+            assert command("run", study, "--output", str(folder)).code == 0
+            found.append(last_point_and_frame(folder))
+        (reduced, frame), (full, full_frame) = found
+        assert reduced.reduction_error == pytest.approx(
+            reduced.frequency / full.frequency - 1, rel=0.2
+        )
+        assert (full.reduction_error, full.reduction_residual) == (0, 0)
+        assert full.status == reduced.status
+        apart.append(np.abs(frame - full_frame).max() / np.abs(frame).max())
+    assert apart[1] < apart[0] / 4 < 0.01
+
+
+def test_full_order_with_mass_at_the_contact_points(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """The same motion, whatever the number of modes that stay explicit."""
+    found = []
+    for modes in (2, 6):
+        study = study_file(
+            PLATE,
+            reduction={"method": "none", "modes": modes},
+            contact={"law": "augmented-lagrangian"},
+        )
+        folder = tmp_path / str(modes)
+        assert command("run", study, "--output", str(folder)).code == 0
+        assert not branch_file.read(folder / "branch.h5")[0].model.R.any()
+        found.append(last_point_and_frame(folder))
+    (few, frame), (many, same_frame) = found
+    assert few.frequency_ratio > 1.001
+    assert few.frequency == pytest.approx(many.frequency, rel=1e-9)
+    assert few.status == "unchecked"
+    np.testing.assert_allclose(frame, same_frame, atol=1e-7 * np.abs(frame).max())

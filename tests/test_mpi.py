@@ -81,8 +81,9 @@ def failing_script(folder: Path, **values: Any) -> Path:
     [
         (PLATE, {"mesh": {"elements": [8, 2]}, "reduction": {"modes": 3}}),
         (BEAM, {"mesh": {"elements": [4, 1, 2]}, "contact": {"points": 3}}),
+        (PLATE, {"mesh": {"elements": [8, 2]}, "reduction": {"method": "none", "modes": 3}}),
     ],
-    ids=["plate", "beam"],
+    ids=["plate", "beam", "full order"],
 )
 def test_two_ranks_give_the_backbone_of_one(
     base: dict[str, Any],

@@ -18,9 +18,10 @@ from fenics_nnm.fem.contact import ContactInterface, at_vertices
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.nonlinear.forces import contact_forces
+from fenics_nnm.nonlinear.forces import contact_forces, residual_forces
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.reduction.model import ReducedModel
 
 #: Modes written to linear_modes.pvd.
 _MODES_WRITTEN = 12
@@ -50,8 +51,10 @@ def write_motion(
     analysis: LinearAnalysis,
     point: BranchPoint,
     *,
+    model: ReducedModel,
     series: Series,
     frames: int,
+    added: Array | None = None,
     on_frame: Callable[[float], None] = lambda done: None,
 ) -> None:
     """Write one period of a motion; the time of a frame is its part of the period.
@@ -60,7 +63,10 @@ def write_motion(
         path: .pvd file to write.
         analysis: Linear analysis that the motion belongs to.
         point: Point of a branch of its model.
+        model: Model that the motion obeys.
         series: Series in time that the point is written in.
+        added: Harmonics of a displacement in m that the model does not have, (N + 1, n_owned): the
+            inertia of the residual shapes, at full order.
         frames: Number of frames, the last of them one step before the period ends.
         on_frame: Called with the part done.
     """
@@ -68,14 +74,14 @@ def write_motion(
     displacement = _function(solid, "displacement (m)")
     pressure = _Pressure(solid, analysis.interface)
     phase = 2 * np.pi * np.arange(frames) / frames
-    coordinates = series.basis_at(phase) @ point.q
-    forces = contact_forces(analysis.model, series, point, phase)
+    basis = series.basis_at(phase)
+    coordinates = basis @ point.q
+    residual = residual_forces(model, series, point, phase)
+    forces = contact_forces(model, series, point, phase)
     with _vtk_file(solid, path) as file:
         for frame in range(frames):
-            _fill(
-                displacement,
-                analysis.reduction.displacement(coordinates[frame], forces[frame]),
-            )
+            field = analysis.reduction.displacement(coordinates[frame], residual[frame])
+            _fill(displacement, field if added is None else field + basis[frame] @ added)
             pressure.fill(forces[frame])
             file.write_function([displacement, pressure.function], frame / frames)
             on_frame((frame + 1) / frames)

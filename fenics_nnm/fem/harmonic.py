@@ -73,22 +73,23 @@ class HarmonicSolver:
             self._known = self._known.renewed(int(n), *self._parabola((n * omega) ** 2))
         return self._known
 
-    def inertial_displacement(self, omega: float, ell: Array) -> Array:
+    def inertial_displacement(self, omega: float, order: Array, ell: Array) -> Array:
         """What inertia adds to the static residual shapes: (X_n - X_0) ell_n.
 
         Args:
             omega: Circular frequency in rad/s.
-            ell: Harmonics n = 0..N of the contact forces in N, shape (N + 1, n_c).
+            order: Harmonic number n of each row, shape (r,).
+            ell: Harmonics of the contact forces in N, shape (r, n_c).
 
         Returns:
-            Displacements in m, shape (N + 1, n_owned).
+            Displacements in m, shape (r, n_owned).
         """
         added = np.zeros((len(ell), len(self._mass_static)))
-        for n in range(1, len(ell)):
-            s = (n * omega) ** 2
+        for n in np.unique(order[order > 0]):
+            s, rows = (n * omega) ** 2, order == n
             self._factorise(s)
-            inertia = s * (self._mass_static @ ell[n])
-            added[n] = self._deflated(solved(self._ksp, inertia[:, None]))[:, 0]
+            inertia = s * (self._mass_static @ ell[rows].T)
+            added[rows] = self._deflated(solved(self._ksp, inertia)).T
         return added
 
     def _parabola(self, s: float) -> tuple[float, Array, Array, Array]:

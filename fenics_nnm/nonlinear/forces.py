@@ -14,29 +14,35 @@ from fenics_nnm.reduction.model import ReducedModel
 def contact_forces(model: ReducedModel, series: Series, point: BranchPoint, phase: Array) -> Array:
     """Contact forces in N at phases omega t, shape (len(phase), n_c).
 
-    Where the contact points carry no mass the forces follow from q alone, by Signorini's
+    Where the contact points carry no mass the forces follow from the motion alone, by Signorini's
     conditions; otherwise they are known at the samples and linear between them.
     """
     if not model.massless:
         return series.interpolated(point.force, phase)
     law = Complementarity(model.R, model.gap)
-    return law(series.basis_at(phase) @ point.q @ model.Phi.T).force
+    return law(series.basis_at(phase) @ point.free).force
 
 
-def contact_force_rates(
+def residual_forces(model: ReducedModel, series: Series, point: BranchPoint, phase: Array) -> Array:
+    """Forces in N that move the residual shapes at phases omega t, shape (len(phase), n_c).
+
+    All of the contact forces where the contact points carry no mass, else their harmonics 0..N.
+    """
+    if model.massless:
+        return contact_forces(model, series, point, phase)
+    return np.asarray(series.basis_at(phase) @ (series.analysis @ point.force))
+
+
+def residual_force_rates(
     model: ReducedModel, series: Series, point: BranchPoint, phase: Array
 ) -> Array:
-    """Derivatives of the contact forces by the phase in N, shape (len(phase), n_c).
+    """Derivatives of the residual forces by the phase in N, shape (len(phase), n_c).
 
-    Only for contact points without mass, from the slope of the contact law; it jumps where a
-    point comes into contact or leaves it.
+    Without mass they follow from the slope of the contact law, and jump where a point comes into
+    contact or leaves it.
     """
+    if not model.massless:
+        return np.asarray(series.rate_at(phase) @ (series.analysis @ point.force))
     law = Complementarity(model.R, model.gap)
-    forces = law(series.basis_at(phase) @ point.q @ model.Phi.T)
-    free_rate = series.rate_at(phase) @ point.q @ model.Phi.T
-    local = np.take_along_axis(free_rate[forces.samples], forces.points, 1)
-    rows = np.zeros((len(forces.samples), model.points))
-    np.put_along_axis(rows, forces.points, np.einsum("skl,sl->sk", forces.slope, local), 1)
-    rates = np.zeros_like(forces.force)
-    rates[forces.samples] = rows
-    return rates
+    forces = law(series.basis_at(phase) @ point.free)
+    return forces.change(series.rate_at(phase) @ point.free)

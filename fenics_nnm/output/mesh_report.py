@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import harmonic_balance
+from fenics_nnm.analysis import harmonic_balance, model_in_contact
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
+from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
 
@@ -73,17 +75,25 @@ class MeshReport:
         on_root(self.analysis.solid.tagged.mesh.comm, folder.mkdir)
         write_linear_modes(folder / "linear_modes.pvd", self.analysis)
         wanted = study.continuation.report_at
-        for index, ratio in enumerate(wanted):
-            for point in branch.points:
-                if point.gamma_ratio == ratio:
-                    write_motion(
-                        folder / f"motion_{ratio:g}.pvd",
-                        self.analysis,
-                        point,
-                        series=harmonic_balance(study).series,
-                        frames=study.output.frames,
-                    )
-            stages.report((index + 1) / len(wanted))
+        points = [point for point in branch.points if point.gamma_ratio in wanted]
+        for index, point in enumerate(points):
+            write_motion(
+                folder / f"motion_{point.gamma_ratio:g}.pvd",
+                self.analysis,
+                point,
+                model=model_in_contact(study, self.analysis),
+                series=harmonic_balance(study).series,
+                frames=study.output.frames,
+                added=self._inertial_displacement(study, point) if study.full_order else None,
+            )
+            stages.report((index + 1) / len(points))
+
+    def _inertial_displacement(self, study: Study, point: BranchPoint) -> Array:
+        """Harmonics of what inertia adds to the static residual shapes, in m."""
+        series = harmonic_balance(study).series
+        with HarmonicSolver(self.analysis, harmonics=series.harmonics) as solver:
+            omega, ell = 2 * np.pi * point.frequency, series.analysis @ point.force
+            return -solver.inertial_displacement(omega, series.order, ell)
 
     def _cells(self) -> int:
         mesh = self.analysis.solid.tagged.mesh

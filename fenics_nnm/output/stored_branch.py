@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import OutputError
-from fenics_nnm.nonlinear.forces import contact_force_rates, contact_forces
+from fenics_nnm.nonlinear.forces import residual_force_rates, residual_forces
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
@@ -100,16 +100,13 @@ class StoredBranch:
         Returns:
             Shape (len(phase), number of nodes, dim).
         """
-        forces = contact_forces(self.header.model, self.series, point, phase)
+        forces = residual_forces(self.header.model, self.series, point, phase)
         return self._field(self.coordinates(point, phase), forces, nodes)
 
     def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
         """Velocity in m/s, the time derivative of `displacement`, of the same shape."""
         rates = self.series.rate_at(phase) @ point.q
-        if self.header.model.massless:
-            force_rates = contact_force_rates(self.header.model, self.series, point, phase)
-        else:
-            force_rates = np.zeros((len(phase), self.header.model.points))
+        force_rates = residual_force_rates(self.header.model, self.series, point, phase)
         return 2 * np.pi * point.frequency * self._field(rates, force_rates, nodes)
 
     def modal_field(self, coordinates: Array) -> Array:

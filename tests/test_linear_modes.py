@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.study import Study
+from fenics_nnm.study import MeshStudy
 
 STEEL = {"young": 2.1e11, "poisson": 0.3, "density": 7800.0}
 
@@ -14,7 +14,7 @@ STEEL = {"young": 2.1e11, "poisson": 0.3, "density": 7800.0}
 def analysis(
     mesh: dict, body: dict, clamp: str, contact: str, direction: tuple[float, ...], modes: int
 ) -> LinearAnalysis:
-    study = Study.model_validate(
+    study = MeshStudy.model_validate(
         {
             "mesh": mesh,
             "body": body,

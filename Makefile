@@ -3,10 +3,13 @@
 
 RUN := environment/run
 
-.PHONY: help demo test verify lint image image-check clean distclean
+PICTURES := docs/pictures
+
+.PHONY: help demo pictures test verify lint image image-check clean distclean
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
+	@echo 'make pictures     run the demonstrations and copy their pictures to $(PICTURES)'
 	@echo 'make test         run the tests and the checks of the source'
 	@echo 'make verify       run the slow studies of docs/verification.md'
 	@echo 'make lint         run only the checks of the source'
@@ -18,6 +21,14 @@ help:
 demo:
 	$(RUN) python3 demos/rod/rod.py
 	$(RUN) python3 demos/rotor37/rotor37.py
+
+pictures: demo
+	cp demos/rod/results/backbone_exact.png $(PICTURES)/rod_backbone.png
+	cp demos/rod/results/paper/backbone.png $(PICTURES)/rod_backbone_paper.png
+	for name in phase_space space_time; do for rod in paper fine; do \
+	    cp demos/rod/results/$${name}_$$rod.png $(PICTURES)/rod_$${name}_$$rod.png; done; done
+	for name in mesh backbone mode_shapes kinetic_shares; do \
+	    cp demos/rotor37/results/$$name.png $(PICTURES)/rotor37_$$name.png; done
 
 test:
 	$(RUN) python3 -m pytest -q tests

@@ -6,10 +6,13 @@ import runpy
 import sys
 from pathlib import Path
 
+import matplotlib.image
 import numpy as np
 import pytest
 
 from fenics_nnm.output import branch_file
+from fenics_nnm.output.motion_measures import first_torsion_mode, kinetic_shares, standing
+from fenics_nnm.output.stored_branch import read_stored_branch
 
 DEMOS = Path(__file__).parent.parent / "demos"
 
@@ -32,6 +35,20 @@ def statuses(folder: Path) -> np.ndarray:
         return np.array([row["status"] for row in csv.DictReader(file)])
 
 
+def assert_pictures(folder: Path, *names: str) -> None:
+    for name in names:
+        assert matplotlib.image.imread(folder / f"{name}.png")[:, :, :3].std() > 0.03, name
+
+
+def travelling_ratio(folder: Path, gamma_ratio: float) -> float:
+    """Of the velocity of a rod with uniform nodes."""
+    branch = read_stored_branch(folder / "branch.h5")
+    phase = 2 * np.pi * np.arange(240) / 240
+    velocity = branch.velocity(branch.point(gamma_ratio), phase)[:, :, 0]
+    weight = np.where(np.isin(branch.nodes[:, 0], (0, 1)), 0.5, 1.0)
+    return standing(velocity, weight).travelling_ratio
+
+
 def test_exact_rod_reproduces_the_reference_table() -> None:
     # reference values of the exact rod: T, omega / omega_1, contact force 2 a, and gamma of the
     # grazing sine mode (1/8) from below as T -> 4
@@ -45,6 +62,30 @@ def test_exact_rod_reproduces_the_reference_table() -> None:
         assert float(exact_rod.frequency_ratio(gamma)) == pytest.approx(ratio, rel=1e-5)
     # at T = 4 the motion is a triangular wave: gamma = <v^2> / 2 omega^2 with v = 0 or 2 a
     assert exact_rod.gamma(4.0) == pytest.approx((2 / np.pi) ** 2 / 4, rel=1e-3)
+
+
+def test_exact_motion_of_the_rod_keeps_its_energy_and_its_obstacle() -> None:
+    sys.path.insert(0, str(DEMOS / "rod"))
+    try:
+        import exact_rod
+    finally:
+        sys.path.pop(0)
+    period, intervals = 3.6, 1800
+    time = np.arange(intervals) / intervals + 0.4 / intervals
+    place = np.linspace(0, 1, 401)
+    u, v = exact_rod.motion(period, time, place)
+    np.testing.assert_allclose(u[:, 0], 0, atol=1e-12)
+    assert u[:, -1].max() == pytest.approx(1, abs=1e-12)
+    contact = np.mean(u[:, -1] > 1 - 1e-12) * period
+    assert contact == pytest.approx(4 - period, abs=2e-3)
+    middle = (place[1:] + place[:-1]) / 2
+    energy = exact_rod.motion(period, time, middle)[1] ** 2 / 2 + (np.diff(u) * 400) ** 2 / 2
+    np.testing.assert_allclose(energy.mean(axis=1), 1 / (2 * (period - 3) ** 2), rtol=1e-2)
+    step = period / intervals
+    np.testing.assert_allclose(np.cumsum(v, axis=0)[-1] * step, 0, atol=0.02)  # it comes back
+    gamma = (v**2).mean() / 2 / (2 * np.pi / period) ** 2
+    assert gamma == pytest.approx(exact_rod.gamma(period), rel=1e-2)
+    assert exact_rod.period_at(gamma / exact_rod.GRAZING_GAMMA) == pytest.approx(period, rel=1e-2)
 
 
 def test_rod(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,6 +108,10 @@ def test_rod(monkeypatch: pytest.MonkeyPatch) -> None:
     assert error[beyond & (status == "inside resonance")].min() > 2.5e-3
     assert set(status) == {"converged", "inside resonance"}
     assert np.all(fine["rayleigh_frequency_Hz"] <= fine["frequency_Hz"] * (1 + 1e-12))
+    assert travelling_ratio(results / "fine", 0.7) < 1e-9
+    assert travelling_ratio(results / "fine", 1.8) == pytest.approx(0.317, abs=0.01)  # exact
+    names = ("backbone_exact", "phase_space_paper", "phase_space_fine")
+    assert_pictures(results, *names, "space_time_paper", "space_time_fine")
 
 
 def test_rotor37(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -89,3 +134,11 @@ def test_rotor37(monkeypatch: pytest.MonkeyPatch) -> None:
     assert backbone["frequency_ratio"][-1] > 1.01
     _, points = branch_file.read(results / "branch.h5")
     assert all(point.complementarity < 1e-10 for point in points)
+    blade = read_stored_branch(results / "branch.h5")
+    torsion = first_torsion_mode(blade)
+    assert (torsion, summary["linear_frequencies_Hz"][torsion]) == (1, pytest.approx(2559, abs=5))
+    share = [
+        kinetic_shares(blade.series, blade.point(ratio).q)[torsion] for ratio in (0.7, 1.8, 3.0)
+    ]
+    assert share[0] < 1e-12 < 1e-6 < share[1] < 0.1 * share[2]
+    assert_pictures(results, "mesh", "backbone", "mode_shapes", "kinetic_shares")

@@ -80,6 +80,7 @@ plot_backbone(
     points,
     title="Rod against a rigid obstacle: 100 quadratic elements, 40 modes, 20 harmonics",
     linear_frequency=linear,
+    failures=[ratio for ratio, _ in fine.branch.failures],
     curves={"exact": (gamma, frequency_ratio(gamma) * linear)},
 )
 

@@ -68,11 +68,10 @@ assert result.branch.complete
 span, tip = blade.contact_axis, blade.contact_nodes
 torsion = first_torsion_mode(blade)
 torsion_frequency = blade.header.model.omega[torsion] / (2 * np.pi)
-turning = section_motion(blade.nodes[tip], blade.shapes[torsion, tip], span).rotation_share
-print(
-    f"first torsion mode: number {torsion + 1}, {torsion_frequency:.1f} Hz, rotation about the "
-    f"span is {turning:.0%} of the tip's mean square motion"
-)
+for mode in range(3):
+    turning = section_motion(blade.nodes[tip], blade.shapes[mode, tip], span).rotation_share
+    print(f"mode {mode + 1}: rotation is {turning:.0%} of the tip's mean square motion")
+print(f"first torsion mode: number {torsion + 1}, {torsion_frequency:.1f} Hz")
 assert torsion == 1
 
 ENERGIES = (0.7, 1.8, 3.0)
@@ -109,8 +108,15 @@ whole, added = [], []
 for ratio in ENERGIES:
     point = blade.point(ratio)
     displacement = blade.displacement(point, np.zeros(1))[0]
-    first_alone = np.zeros(blade.header.model.modes)
-    first_alone[0] = blade.coordinates(point, np.zeros(1))[0, 0]
+    in_mode = np.diag(blade.coordinates(point, np.zeros(1))[0])  # a row a mode
+    by_contact = displacement - blade.modal_field(in_mode[0])
+    largest, by_torsion = (
+        1e3 * np.linalg.norm(field, axis=1).max()
+        for field in (by_contact, blade.modal_field(in_mode[torsion]))
+    )
+    print(
+        f"gamma ratio {ratio:.1f}: contact adds {largest:.2f} mm, torsion mode {by_torsion:.2f} mm"
+    )
     name = rf"$\gamma / \gamma_\mathrm{{grazing}} = {ratio:g}$"
     whole.append(
         Deformed(
@@ -122,7 +128,7 @@ for ratio in ENERGIES:
         Deformed(
             f"torsion mode: {shares[ratio]:.4%} of\nkinetic energy, "
             f"{amplitudes[ratio]:+.2%} of amplitude",
-            displacement - blade.modal_field(first_alone),
+            by_contact,
         )
     )
 plot_contact_mesh(

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.output.stored_branch import StoredBranch
 
@@ -52,7 +53,7 @@ class SectionMotion(NamedTuple):
 
     Attributes:
         translation: Mean displacement, shape (3,).
-        angle: Rotation about the axis through the mean place; rad if displacements are in m.
+        angle: Rotation about the axis through the mean of the places, in rad.
         rotation_share: Share of the rotation in the mean square displacement of the section.
     """
 
@@ -72,7 +73,8 @@ def section_motion(places: Array, displacement: Array, axis: Array) -> SectionMo
     arm = np.cross(axis, places - places.mean(axis=0))
     inertia = np.sum(arm**2)
     angle = float(np.sum(arm * displacement) / inertia)
-    share = float(angle**2 * inertia / np.sum(displacement**2))
+    total = float(np.sum(displacement**2))
+    share = float(angle**2 * inertia) / total if total else 0.0
     return SectionMotion(displacement.mean(axis=0), angle, share)
 
 
@@ -83,11 +85,11 @@ def first_torsion_mode(branch: StoredBranch) -> int:
     contact direction.
 
     Raises:
-        ValueError: if no mode does.
+        ModelError: if no mode does.
     """
     nodes, axis = branch.contact_nodes, branch.contact_axis
-    for number, shape in enumerate(branch.shapes):
-        motion = section_motion(branch.nodes[nodes], shape[nodes], axis)
+    for number in range(len(branch.shapes)):
+        motion = section_motion(branch.nodes[nodes], branch.shapes[number, nodes, :], axis)
         if motion.rotation_share > 0.5:
             return number
-    raise ValueError("no mode turns the contact section more than it moves it otherwise")
+    raise ModelError("no mode turns the contact section more than it moves it otherwise")

@@ -114,6 +114,7 @@ def _phase_space_row(
     for axes, abscissa in ((over_u, displacement), (over_v, velocity)):
         axes.set_xlabel(abscissa)
         axes.set_ylabel(ordinate)
+        axes.xaxis.set_major_locator(MaxNLocator(5))
         axes.grid(alpha=0.3)
     return solid, over_u, over_v
 

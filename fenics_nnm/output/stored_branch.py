@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,9 +66,9 @@ class StoredBranch:
         mean = np.mean(self.contact_directions, axis=0, keepdims=True)
         return (mean / np.linalg.norm(mean))[0]
 
-    def node_at(self, place: Array) -> int:
+    def node_at(self, place: Array | Sequence[float]) -> int:
         """The node nearest to a place (x, y, z) in m."""
-        return int(np.argmin(np.linalg.norm(self.nodes - place, axis=1)))
+        return int(np.argmin(np.linalg.norm(self.nodes - np.asarray(place), axis=1)))
 
     def point(self, gamma_ratio: float) -> BranchPoint:
         """The point at a gamma ratio.

@@ -117,15 +117,16 @@ def plot_contact_mesh(
     """
     faces = surface_faces(branch.cells, branch.cell_type)
     frame = (view or View()).frame
-    figure = Figure(figsize=(5.4, 7.2), layout="constrained")
+    seen = 1e3 * branch.nodes @ frame.T
+    limits = _limits(seen[faces])
+    figure = Figure(figsize=(5.4, 4.5 * _slenderness(limits) + 1.1), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
-    seen = 1e3 * branch.nodes @ frame.T
     _draw_faces(axes, seen[faces], np.array([0.80, 0.85, 0.90, 1.0]), edge="0.35")
     contact = 1e3 * branch.contact_points @ frame.T
     count = len(contact)
     axes.plot(*contact[:, :2].T, "o", ms=5.5, mfc="#d55e00", mec="black", mew=0.6)
-    _set_limits(axes, seen[faces], frame)
+    _dress(axes, limits, frame)
     axes.set_ylabel("height in this view  (mm)")
     figure.suptitle(title, fontsize=11)
     figure.supxlabel(
@@ -161,24 +162,26 @@ def plot_deformed(
     faces = surface_faces(branch.cells, branch.cell_type)
     frame = (view or View()).frame
     outline = 1e3 * branch.nodes[feature_edges(branch.nodes, faces)] @ frame.T
-    figure = Figure(figsize=(3.3 * len(rows[0].shapes) + 1, 4.4 * len(rows) + 0.8))
+    corners = [
+        [_displaced(branch, row.factor * s.displacement)[faces] @ frame.T for s in row.shapes]
+        for row in rows
+    ]
+    limits = _limits(np.vstack([outline.reshape(-1, 3), np.reshape(corners, (-1, 3))]))
+    height = (2.5 * _slenderness(limits) + 0.8) * len(rows) + 0.9
+    figure = Figure(figsize=(3.3 * len(rows[0].shapes) + 1, height))
     FigureCanvasAgg(figure)
     figure.set_layout_engine("constrained", hspace=0.04)
     grid = figure.subplots(len(rows), len(rows[0].shapes), sharex=True, sharey=True, squeeze=False)
-    extent = [outline.reshape(-1, 3)]
-    for row, panels in zip(rows, grid, strict=True):
+    for row, panels, drawn in zip(rows, grid, corners, strict=True):
         norm = Normalize(0, max(shape.magnitude.max() for shape in row.shapes))
-        for shape, axes in zip(row.shapes, panels, strict=True):
-            corners = _displaced(branch, row.factor * shape.displacement)[faces] @ frame.T
+        for shape, axes, places in zip(row.shapes, panels, drawn, strict=True):
             colours = colormaps[_COLOURS](norm(shape.magnitude[faces].mean(axis=1)))
-            _draw_faces(axes, corners, colours)
+            _draw_faces(axes, places, colours)
             axes.add_collection(LineCollection(list(outline[:, :, :2]), colors="0.1", lw=0.8))
             axes.set_title(shape.name, fontsize=9.5)
-            extent.append(corners.reshape(-1, 3))
+            _dress(axes, limits, frame)
         figure.colorbar(ScalarMappable(norm, _COLOURS), ax=panels, label=f"{row.label}  (mm)")
         panels[0].set_ylabel("height in this view  (mm)")
-    for axes in grid.flat:
-        _set_limits(axes, np.vstack(extent), frame)
     figure.suptitle(title, fontsize=11)
     figure.supxlabel(caption, **_CAPTION)
     figure.savefig(path, dpi=150)
@@ -209,13 +212,24 @@ def _draw_faces(axes: Axes, corners: Array, colours: Array, edge: str | None = N
     )
 
 
-def _set_limits(axes: Axes, places: Array, frame: Array) -> None:
-    """Limits that hold all places, in mm at equal scales, with room for the triad of axes."""
+def _limits(places: Array) -> Array:
+    """Corners of a picture in mm that holds all places and a triad of axes below, (2, 2)."""
     flat = places.reshape(-1, 3)[:, :2]
     low, high = flat.min(axis=0), flat.max(axis=0)
     size = (high - low).max()
-    axes.set_xlim(low[0] - 0.05 * size, high[0] + 0.05 * size)
-    axes.set_ylim(low[1] - 0.25 * size, high[1] + 0.05 * size)
+    return np.array([low - size * np.array([0.05, 0.25]), high + 0.05 * size])
+
+
+def _slenderness(limits: Array) -> float:
+    """Height over width, within what a page can hold."""
+    width, height = limits[1] - limits[0]
+    return float(np.clip(height / width, 0.5, 1.7))
+
+
+def _dress(axes: Axes, limits: Array, frame: Array) -> None:
+    """Equal scales, labels, and the triad of axes."""
+    axes.set_xlim(*limits[:, 0])
+    axes.set_ylim(*limits[:, 1])
     axes.set_aspect("equal")
     axes.set_xlabel("width in this view  (mm)")
     axes.label_outer()

@@ -6,9 +6,9 @@ A grid of rectangles, symmetric about the x axis:
     block  0.4 m x 0.8 m, the mass
     foot   0.1 m x 0.2 m, whose end x = 0.8 m is the contact face (group "face")
 
-The mass between two springs makes contact as soft as the body itself, and no frequency of a
-symmetric mode is near an integer multiple of the axial one, so its branch is free of strong
-internal resonances, which a plain rectangle has in plenty.
+The mass between two springs makes contact about as soft as the body itself, and the next symmetric
+modes are at 2.54, 3.57 and 5.32 times the axial frequency, away from whole numbers. A plain
+rectangle is a rod: internal resonances everywhere. Some remain here too, in high harmonics.
 """
 
 from pathlib import Path

@@ -36,6 +36,8 @@ POINT = BranchPoint(
     residual=0.0,
     penetration=0.0,
     complementarity=0.0,
+    reduction_residual=0.0,
+    reduction_error=0.0,
     virial_error=0.0,
     contact_fraction=0.0,
     iterations=3,
@@ -44,6 +46,7 @@ POINT = BranchPoint(
     return_error=0.5,
     q=np.zeros((2, 1)),
     force=np.zeros((3, 1)),
+    free=np.zeros((2, 1)),
 )
 
 

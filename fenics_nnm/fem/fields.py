@@ -18,7 +18,7 @@ from fenics_nnm.fem.contact import ContactInterface, at_vertices
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.nonlinear.forces import contact_forces, residual_forces
+from fenics_nnm.nonlinear.forces import contact_forces
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.reduction.model import ReducedModel
@@ -76,11 +76,10 @@ def write_motion(
     phase = 2 * np.pi * np.arange(frames) / frames
     basis = series.basis_at(phase)
     coordinates = basis @ point.q
-    residual = residual_forces(model, series, point, phase)
     forces = contact_forces(model, series, point, phase)
     with _vtk_file(solid, path) as file:
         for frame in range(frames):
-            field = analysis.reduction.displacement(coordinates[frame], residual[frame])
+            field = analysis.reduction.displacement(coordinates[frame], forces[frame])
             _fill(displacement, field if added is None else field + basis[frame] @ added)
             pressure.fill(forces[frame])
             file.write_function([displacement, pressure.function], frame / frames)

@@ -15,28 +15,19 @@ def contact_forces(model: ReducedModel, series: Series, point: BranchPoint, phas
     """Contact forces in N at phases omega t, shape (len(phase), n_c).
 
     Where the contact points carry no mass the forces follow from the motion alone, by Signorini's
-    conditions; otherwise they are known at the samples and linear between them.
+    conditions. Otherwise only their harmonics 0..N act on the motion, and these are given: those
+    above are not determined.
     """
     if not model.massless:
-        return series.interpolated(point.force, phase)
+        return np.asarray(series.basis_at(phase) @ (series.analysis @ point.force))
     law = Complementarity(model.R, model.gap)
     return law(series.basis_at(phase) @ point.free).force
 
 
-def residual_forces(model: ReducedModel, series: Series, point: BranchPoint, phase: Array) -> Array:
-    """Forces in N that move the residual shapes at phases omega t, shape (len(phase), n_c).
-
-    All of the contact forces where the contact points carry no mass, else their harmonics 0..N.
-    """
-    if model.massless:
-        return contact_forces(model, series, point, phase)
-    return np.asarray(series.basis_at(phase) @ (series.analysis @ point.force))
-
-
-def residual_force_rates(
+def contact_force_rates(
     model: ReducedModel, series: Series, point: BranchPoint, phase: Array
 ) -> Array:
-    """Derivatives of the residual forces by the phase in N, shape (len(phase), n_c).
+    """Derivatives of the contact forces by the phase in N, shape (len(phase), n_c).
 
     Without mass they follow from the slope of the contact law, and jump where a point comes into
     contact or leaves it.

@@ -11,7 +11,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import OutputError
-from fenics_nnm.nonlinear.forces import residual_force_rates, residual_forces
+from fenics_nnm.nonlinear.forces import contact_force_rates, contact_forces
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
@@ -101,13 +101,13 @@ class StoredBranch:
         Returns:
             Shape (len(phase), number of nodes, dim).
         """
-        forces = residual_forces(self.header.model, self.series, point, phase)
+        forces = contact_forces(self.header.model, self.series, point, phase)
         return self._field(self.coordinates(point, phase), forces, nodes)
 
     def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
         """Velocity in m/s, the time derivative of `displacement`, of the same shape."""
         rates = self.series.rate_at(phase) @ point.q
-        force_rates = residual_force_rates(self.header.model, self.series, point, phase)
+        force_rates = contact_force_rates(self.header.model, self.series, point, phase)
         return 2 * np.pi * point.frequency * self._field(rates, force_rates, nodes)
 
     def modal_field(self, coordinates: Array) -> Array:
@@ -124,10 +124,12 @@ def read_stored_branch(path: Path) -> StoredBranch:
     """Read a branch with its mesh and shapes.
 
     Raises:
-        OutputError: if the file cannot be read or is of another kind.
+        OutputError: if the file cannot be read, is of another kind, or has no mesh.
     """
     header, points = branch_file.read(path)
     with h5py.File(path, "r") as file:
+        if "mesh" not in file:
+            raise OutputError(f"{path}: has no mesh to draw: it is a branch of [matrices]")
         return StoredBranch(
             header=header,
             points=points,

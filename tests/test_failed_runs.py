@@ -171,13 +171,21 @@ def test_disk_full_at_the_end(
 @pytest.mark.parametrize("size", [100, 170, 1000])
 def test_paraview_file_cut_short_is_noticed(size: int, tmp_path: Path, plate_analysis: Any) -> None:
     """Dolfinx says nothing when a .vtu file is not written in full."""
-    at_rest = SimpleNamespace(q=np.zeros((2, plate_analysis.model.modes)))
+    model = plate_analysis.model
+    at_rest = SimpleNamespace(
+        q=np.zeros((2, model.modes)), free=np.zeros((2, model.points)), gamma_ratio=1.0
+    )
     with largest_file(size), pytest.raises(OSError):
         fields.write_linear_modes(tmp_path / "modes.pvd", plate_analysis)
     fields.write_linear_modes(tmp_path / "again.pvd", plate_analysis)
     with largest_file(size), pytest.raises((OutputError, OSError)):
         fields.write_motion(
-            tmp_path / "q.pvd", plate_analysis, at_rest, series=CosineSeries(1, 8), frames=2
+            tmp_path / "q.pvd",
+            plate_analysis,
+            at_rest,
+            model=model,
+            series=CosineSeries(1, 8),
+            frames=2,
         )
 
 
@@ -202,6 +210,8 @@ def test_interrupt_signal(number: int, study_file: StudyFile, tmp_path: Path) ->
         [sys.executable, "-m", "fenics_nnm", "run", str(study), "--output", str(tmp_path / "out")],
         stderr=subprocess.PIPE,
         text=True,
+        # a job in the background is started with the interrupt ignored
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     try:
         while process.poll() is None and _stored(tmp_path / "out") < 150_000:

@@ -168,17 +168,22 @@ class _March:
     stacks: dict[float, Stack] = field(default_factory=dict)
     failures: dict[float, str] = field(default_factory=dict)
 
-    def reach(self, target: float) -> None:
-        """Get to `target` from the nearest point, in halved steps where one step fails."""
+    def reach(self, target: float, first: Stack | None = None) -> None:
+        """Get to `target` in halved steps where one step fails.
+
+        Args:
+            target: Wanted energy ratio.
+            first: Point to begin at; the nearest one if None.
+        """
         at = target
+        neighbour = first or self._nearest(target)
         while True:
-            neighbour = self._nearest(target)
             stack = self.lift.at(at, neighbour)
             if stack.finest is not None:
                 self._accept(stack)
                 if at == target:
                     return
-                at = target
+                at, neighbour = target, stack
                 continue
             logger.info("gamma_ratio %.4f: %s", at, stack.failure)
             self.failures.setdefault(target, stack.failure)
@@ -194,7 +199,7 @@ class _March:
             if above is None:
                 continue
             if ratio in self.failures:
-                self.reach(ratio)
+                self.reach(ratio, self.stacks[above])
             elif self.stacks[ratio].share < self.stacks[above].share - SHARE_DROP:
                 stack = self.lift.at(ratio, self.stacks[above])
                 if stack.share > self.stacks[ratio].share:

@@ -83,6 +83,11 @@ class Level:
     multipliers: MultiplierLoop | None = None
     flexibility: FlexibilitySource | None = None
 
+    @property
+    def complementary(self) -> bool:
+        """Whether contact is found by complementarity alone, on a reduced model."""
+        return self.multipliers is None and self.flexibility is None
+
     def solve(self, gamma: float, guess: Guess, newton: Newton) -> Solution:
         """Motion of given gamma, by the method that the model asks for."""
 

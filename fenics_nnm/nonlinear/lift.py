@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.frequency_lift import FrequencyLift, guess_from
 from fenics_nnm.nonlinear.levels import Guess, Level
 from fenics_nnm.nonlinear.newton import Newton, Solution
+from fenics_nnm.nonlinear.resonance import strongest_resonance
 
 #: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
 GRAZING_GAMMA = 0.25
@@ -22,6 +24,12 @@ _SMALLEST_CONTACT = 0.3
 
 #: A fall of that share from one point to the next by this much asks for a second look.
 SHARE_DROP = 0.02
+
+#: A motion with more than this share of its energy in one resonance is looked at twice.
+_SUSPECT = 0.015
+
+#: The slope of the coarsest level is that to an energy larger by this factor.
+_BESIDE = 1.02
 
 #: A motion whose followed mode, in its first harmonic, has less than this share of m^ has left it.
 _SMALLEST_SHARE = 0.5
@@ -68,14 +76,54 @@ class Lift:
     def at(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
         """Solve at `gamma_ratio`, with the help of a neighbouring point where that is better.
 
-        Lifting alone finds the branch afresh at each energy; where it fails, or ends in an
-        internal resonance, the levels of the neighbour guide it. Of two motions the one that
-        keeps more of its energy in the followed mode is taken.
+        Lifting at this energy alone finds the branch afresh; where it fails, or ends in an
+        internal resonance, motions of nearby frequencies and the levels of the neighbour guide
+        it. Of several motions the one that keeps most of its energy in the followed mode is taken.
         """
         alone = self._lifted(gamma_ratio, None)
-        if neighbour is None or alone.share > neighbour.share - SHARE_DROP:
+        if not self._doubtful(alone, neighbour):
             return alone
-        return max(alone, self._lifted(gamma_ratio, neighbour), key=lambda stack: stack.share)
+        found = [alone, self._through_frequency(alone)]
+        if neighbour is not None:
+            found.append(self._lifted(gamma_ratio, neighbour))
+        return max(found, key=lambda stack: stack.share)
+
+    def _doubtful(self, stack: Stack, neighbour: Stack | None) -> bool:
+        """Whether a motion is missing, or may be inside an internal resonance."""
+        if stack.finest is None:
+            return True
+        if neighbour is not None and stack.share < neighbour.share - SHARE_DROP:
+            return True
+        equations = self.levels[-1].equations
+        return (
+            strongest_resonance(
+                equations.model.omega,
+                equations.series,
+                stack.finest.q,
+                stack.finest.omega,
+                mode=self.mode,
+            ).share
+            > _SUSPECT
+        )
+
+    def _through_frequency(self, alone: Stack) -> Stack:
+        """The same levels with a finest motion found through motions of nearby frequencies."""
+        reduced = [level for level in self.levels if level.complementary]
+        ratio, coarse = alone.gamma_ratio, alone.solutions[0]
+        beside = self.coarse(ratio * _BESIDE)
+        if ratio <= 1 or coarse is None or beside is None:
+            return alone
+        slope = (beside.omega - coarse.omega) / ((_BESIDE - 1) * ratio * GRAZING_GAMMA)
+        search = FrequencyLift(reduced, self.newton)
+        near = search.near(ratio * GRAZING_GAMMA, coarse, slope)
+        for index in range(len(reduced) - 1, len(self.levels)):
+            if near is None:
+                return alone
+            near, failure = self._solve(index, ratio, guess_from(near))
+        if near is None:
+            return replace(alone, failure=alone.failure or failure)
+        share = self._share(self.levels[-1], near)
+        return Stack(ratio, (*alone.solutions[:-1], near), share)
 
     def _lifted(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
         solutions: list[Solution | None] = [self.coarse(gamma_ratio)]

@@ -40,6 +40,21 @@ class FixedEnergy:
 
 
 @dataclass(frozen=True, slots=True)
+class FixedFrequency:
+    """omega / target - 1 = 0."""
+
+    omega: float
+
+    def value(self, equations: Equations, q: Array, omega: float) -> float:
+        """Relative distance from the wanted frequency."""
+        return omega / self.omega - 1
+
+    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
+        """Derivatives by q and omega."""
+        return np.zeros_like(q), 1 / self.omega
+
+
+@dataclass(frozen=True, slots=True)
 class Newton:
     """Configuration of the damped Newton iteration.
 

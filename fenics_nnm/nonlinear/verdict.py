@@ -11,6 +11,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.periodicity import return_errors
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.nonlinear.resonance import strongest_resonance
 from fenics_nnm.reduction.model import ReducedModel
 
 #: Status of a point, from the best to the worst.
@@ -23,11 +24,8 @@ STATUSES = (CONVERGED, RESONANT, UNCHECKED, UNRESOLVED)
 #: A motion that misses its start by more than this part of its amplitude is not resolved.
 _LARGEST_RETURN_ERROR = 1 / 3
 
-#: Another mode with more than this share of the kinetic energy in one harmonic ...
-_SHARE = 0.03
-
-#: ... that meets its frequency to within this part is in internal resonance.
-_DETUNING = 0.02
+#: A motion with more than this share of its kinetic energy in one resonance is inside it.
+_SHARE = 0.025
 
 
 def judged(
@@ -54,22 +52,10 @@ def judged(
 
 
 def internal_resonance(model: ReducedModel, series: Series, point: BranchPoint, mode: int) -> str:
-    """The mode and harmonic that draw energy from the motion in resonance, or nothing.
-
-    In an internal resonance n omega stays near omega_j while energy flows into mode j, so the
-    frequency lags behind the main branch.
-    """
-    order = series.order
-    kinetic = (series.mean_square * order**2)[:, None] * point.q**2
-    kinetic[np.ix_(order == 1, [mode])] = 0.0
-    harmonic = np.maximum(order, 1)[:, None] * 2 * np.pi * point.frequency
-    near = np.abs(model.omega / harmonic - 1) < _DETUNING
-    total = float(((series.mean_square * order**2)[:, None] * point.q**2).sum())
-    share = np.where(near, kinetic, 0.0) / total
-    row, column = np.unravel_index(int(np.argmax(share)), share.shape)
-    if share[row, column] < _SHARE:
-        return ""
-    return f"mode {column + 1} in harmonic {int(order[row])}"
+    """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
+    omega = 2 * np.pi * point.frequency
+    found = strongest_resonance(model.omega, series, point.q, omega, mode=mode)
+    return str(found) if found.share > _SHARE else ""
 
 
 def _judged(model: ReducedModel, point: BranchPoint, error: float, resonance: str) -> BranchPoint:

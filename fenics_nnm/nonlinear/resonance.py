@@ -1,0 +1,61 @@
+"""Internal resonance: energy in a mode j that harmonic n of the motion meets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.fourier import Series
+
+#: omega_j and n omega meet within this part.
+_DETUNING = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Resonance:
+    """The mode and harmonic that draw most energy from a motion in resonance.
+
+    Attributes:
+        mode: Index of the mode.
+        harmonic: Number of the harmonic.
+        share: Share of the mean kinetic energy in it; 0 where none meet.
+    """
+
+    mode: int
+    harmonic: int
+    share: float
+
+    def __str__(self) -> str:
+        return f"mode {self.mode + 1} in harmonic {self.harmonic}"
+
+
+def strongest_resonance(
+    natural: Array,
+    series: Series,
+    q: Array,
+    omega: float,
+    *,
+    mode: int,
+) -> Resonance:
+    """The internal resonance that draws most energy.
+
+    In it n omega stays near omega_j while energy flows into mode j, so the frequency lags behind
+    that of the main branch.
+
+    Args:
+        natural: Natural frequencies, in the unit of omega, shape (J,).
+        series: Series in time.
+        q: Coefficients of the motion, shape (N + 1, J).
+        omega: Frequency of the motion.
+        mode: Index of the followed mode, whose first harmonic does not count.
+    """
+    order = series.order
+    kinetic = (series.mean_square * order**2)[:, None] * q**2
+    total = float(kinetic.sum())
+    kinetic[np.ix_(order == 1, [mode])] = 0.0
+    near = np.abs(natural / (np.maximum(order, 1)[:, None] * omega) - 1) < _DETUNING
+    kinetic[~near] = 0.0
+    row, column = np.unravel_index(int(np.argmax(kinetic)), kinetic.shape)
+    return Resonance(int(column), int(order[row]), float(kinetic[row, column] / total))

@@ -122,7 +122,7 @@ class Flow:
         return self._law(q @ self.model.Phi.T).force
 
     def acceleration(self, q: Array) -> Array:
-        """q'' = -omega^2 q - Phi^T lambda(q), shape (J,)."""
+        """Acceleration -omega^2 q - Phi^T lambda(q), shape (J,)."""
         return -self.energy_gradient(q)
 
     def energy_gradient(self, q: Array) -> Array:
@@ -154,7 +154,7 @@ class _Record:
         self._times = times
         self._q = np.full((len(times), modes), np.nan)
         self._velocity = np.full((len(times), modes), np.nan)
-        self._transition = np.eye(2 * modes) if transition else None
+        self._transition: Array | None = np.eye(2 * modes) if transition else None
         self._contact_time = 0.0
 
     def note(self, motion: StageMotion, clock: float, duration: float) -> None:

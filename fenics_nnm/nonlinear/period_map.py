@@ -35,20 +35,24 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class Miss:
-    """Left-hand sides of the equations and their derivative by the unknowns."""
+    """Left-hand sides of the equations, the energy's last, and their derivative by the unknowns."""
 
     values: Array
     jacobian: Array
     failure: str = ""
 
     @property
-    def size(self) -> float:
-        """Norm of the left-hand sides."""
-        return float(np.linalg.norm(self.values))
+    def energy_error(self) -> float:
+        """H / E - 1."""
+        return float(self.values[-1])
 
 
 class PeriodMap(Protocol):
     """Equations for dimensionless unknowns, the last of which is T / T0."""
+
+    @property
+    def target(self) -> Target:
+        """Guess, and the energy to keep."""
 
     @property
     def start(self) -> Array:
@@ -118,23 +122,28 @@ class GeneralMap:
         return q, velocity, float(unknowns[-1]) * self.target.period
 
     def miss(self, unknowns: Array) -> Miss:
-        """Return, phase and energy, 2 J + 2 equations of which one follows from the others."""
+        """Return, phase and energy, 2 J + 2 equations.
+
+        Energy is conserved, so the return along its gradient follows from the other equations
+        where they hold. It is left out (projected), or it would be an equation without a slope.
+        """
         q, velocity, period = self.state(unknowns)
         target, scale, size = self.target, self._scale, 2 * len(q)
         after = self.flow.run(q, velocity, period, transition=True)
-        ends = scale * np.concatenate([after.q, after.velocity])
-        phase = self._phase_condition()
-        energy = self.flow.energy(q, velocity) / target.energy - 1
+        gradient = np.concatenate([self.flow.energy_gradient(q), velocity]) / scale
+        across = _projection(gradient)
         jacobian = np.zeros((size + 2, size + 1))
         if after.transition is not None:
-            jacobian[:size, :size] = scale[:, None] * after.transition / scale - np.eye(size)
-        jacobian[:size, size] = self._rate(after.q, after.velocity) * target.period
+            returned = scale[:, None] * after.transition / scale - np.eye(size)
+            jacobian[:size, :size] = across @ returned
+        jacobian[:size, size] = across @ self._rate(after.q, after.velocity) * target.period
+        phase = self._phase_condition()
         jacobian[size, :size] = phase
-        by_state = np.concatenate([self.flow.energy_gradient(q), velocity]) / target.energy
-        jacobian[size + 1, :size] = by_state / scale
-        values = np.concatenate(
-            [ends - unknowns[:-1], [phase @ (unknowns - self.start)[:-1], energy]]
-        )
+        jacobian[size + 1, :size] = gradient / target.energy
+        ends = scale * np.concatenate([after.q, after.velocity])
+        shift = phase @ (unknowns - self.start)[:-1]
+        energy = self.flow.energy(q, velocity) / target.energy - 1
+        values = np.concatenate([across @ (ends - unknowns[:-1]), [shift, energy]])
         return Miss(values, jacobian, after.failure)
 
     @property
@@ -149,3 +158,9 @@ class GeneralMap:
         """Unit vector along the flow at the guess."""
         rate = self._rate(self.target.q, self.target.velocity)
         return rate / np.linalg.norm(rate)
+
+
+def _projection(normal: Array) -> Array:
+    """Projection along a direction."""
+    unit = normal / np.linalg.norm(normal)
+    return np.eye(len(unit)) - np.outer(unit, unit)

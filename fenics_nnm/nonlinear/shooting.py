@@ -1,58 +1,49 @@
 """Shooting: periodic motions of a reduced model to round-off, without a truncated series.
 
-Newton's iteration on the exact flow of `nonlinear.flow`, from a point of harmonic balance. One motion
-of the family is picked by its total energy E, which, unlike gamma, is a property of a state: it
-needs no mean over the period and its derivative is known at once. With y = (omega q, q') / sqrt(2 E)
-the state in the energy norm, phi_T the flow over the period T, y0 the state of the guess and
-f its rate there, the equations are
+Newton's iteration on the exact flow of `nonlinear.flow`, from a point of harmonic balance. One
+motion of the family is picked by its total energy E, which, unlike gamma, is a property of a state:
+it needs no mean over the period and its derivative is known at once. With
+y = (omega q, q') / sqrt(2 E) the state in the energy norm, phi_T the flow over the period T, y0 the
+state of the guess and f its rate there, the equations are
 
     phi_T(y) - y = 0,      f . (y - y0) = 0,      H(y) / E - 1 = 0                      (general)
     q'(T / 2) = 0 from q' (0) = 0,      H(q) / E - 1 = 0                                (reversible)
 
-Energy is conserved, so one of the general equations follows from the others; they are solved by least
-squares, which is Newton's iteration where they can all hold. A time-reversible motion is even
-about both instants of rest, so half a period and half the unknowns are enough.
+Energy is conserved, so one of the general equations follows from the others and is left out. A
+time-reversible motion is even about both instants of rest, so half a period and half the unknowns
+are enough. Where there is no motion of this energy near the guess, `nonlinear.family` goes by the
+nearest of another energy.
 
-M. Peeters, R. Viguie, G. Serandour, G. Kerschen, J.-C. Golinval, Mech. Syst. Signal Process. 23 (2009)
-195-216, shoot for nonlinear modes of smooth structures.
+M. Peeters, R. Viguie, G. Serandour, G. Kerschen, J.-C. Golinval, Mech. Syst. Signal Process. 23
+(2009) 195-216, shoot for nonlinear modes of smooth structures.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.family import Found, Steps, motion_of_energy, periodic_motion
 from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.nonlinear.period_map import Miss, PeriodMap, Target, period_map
+from fenics_nnm.nonlinear.period_map import PeriodMap, Target, period_map
 from fenics_nnm.nonlinear.point import BranchPoint
 
 
 @dataclass(frozen=True, slots=True)
 class Shooting:
-    """Configuration of the iteration.
+    """Configuration.
 
     Attributes:
-        tolerance: Miss, relative in the energy norm, that ends it.
-        accepted: A smaller miss that no step lowers is round-off, and taken as converged.
-        iterations: Largest number of steps.
-        largest_step: Bound on the change of the state in one step, relative in the energy norm.
-        largest_period_step: Bound on |d T| / T of one step.
-        shortest_fraction: The line search gives up below this part of a step.
-        farthest: A state that is farther from the guess, relative in the energy norm, belongs to
-            another motion.
-        farthest_period: The same for |T / T0 - 1|.
+        steps: Bounds on the iteration.
+        keep_energy: Look for the motion of the energy of the guess; else for the nearest one.
+        farthest_period: A motion with a larger |T / T0 - 1| is not that of the guess.
     """
 
-    tolerance: float = 1e-13
-    accepted: float = 1e-10
-    iterations: int = 20
-    largest_step: float = 0.2
-    largest_period_step: float = 0.02
-    shortest_fraction: float = 2.0**-6
-    farthest: float = 0.3
+    steps: Steps = field(default_factory=Steps)
+    keep_energy: bool = True
     farthest_period: float = 0.05
 
 
@@ -65,6 +56,7 @@ class ShotMotion:
         velocity: Their velocities, shape (J,).
         period: Period in s.
         energy: Total energy of the state in J.
+        energy_change: Energy over that of the guess, less 1.
         return_error: Distance of the state after a period from its start, relative in the energy
             norm.
         guess_return_error: The same for the guess.
@@ -80,6 +72,7 @@ class ShotMotion:
     velocity: Array
     period: float
     energy: float
+    energy_change: float
     return_error: float
     guess_return_error: float
     distance: float
@@ -98,13 +91,6 @@ class ShotMotion:
     def frequency(self) -> float:
         """Frequency in Hz."""
         return 1 / self.period
-
-
-@dataclass(frozen=True, slots=True)
-class _End:
-    unknowns: Array
-    iterations: int
-    failure: str
 
 
 def shoot(
@@ -129,12 +115,15 @@ def shoot(
         energy=point.energy,
     )
     equations = period_map(flow, target, reversible=not series.free_phase)
-    end = _solved(equations, options)
-    return _motion(flow, equations, target, end, options, point.contact_fraction > 0)
+    if options.keep_energy:
+        found = motion_of_energy(equations, options.steps)
+    else:
+        found = periodic_motion(equations, equations.start, options.steps, keep_energy=False)
+    return _motion(flow, equations, found, options, touches=point.contact_fraction > 0)
 
 
 def mean_gamma(flow: Flow, shot: ShotMotion, *, samples: int = 4096) -> float:
-    """gamma = m^ / 2 of a shot motion with all its harmonics.
+    """Modal energy coordinate gamma = m^ / 2 of a shot motion, with all its harmonics.
 
     m^ = 2 <q' . q'> / (2 omega^2) is a mean of the kinetic energy (Parseval), taken over uniform
     samples: they err by the cube of their distance, since the third derivative of q jumps.
@@ -151,95 +140,44 @@ def harmonics_of(flow: Flow, shot: ShotMotion, series: Series) -> Array:
     return series.analysis @ flow.run(shot.q, shot.velocity, shot.period, times=times).q_at
 
 
-def _solved(equations: PeriodMap, options: Shooting) -> _End:
-    """Newton's iteration with bounded, damped steps."""
-    unknowns = equations.start
-    miss = equations.miss(unknowns)
-    for iteration in range(options.iterations + 1):
-        if miss.failure:
-            return _End(unknowns, iteration, miss.failure)
-        if miss.size <= options.tolerance:
-            return _End(unknowns, iteration, "")
-        if iteration == options.iterations:
-            break
-        step = _bounded(np.linalg.lstsq(miss.jacobian, -miss.values, rcond=None)[0], options)
-        better = _line_search(equations, unknowns, step, miss.size, options.shortest_fraction)
-        if better is None:
-            return _End(unknowns, iteration, _stalled(miss.size, options))
-        unknowns, miss = better
-    if miss.size <= options.accepted:
-        return _End(unknowns, options.iterations, "")
-    return _End(
-        unknowns,
-        options.iterations,
-        f"the state still misses its start by {miss.size:.1e} after {options.iterations} steps:"
-        " a guess with more harmonics may be nearer",
-    )
-
-
-def _stalled(miss: float, options: Shooting) -> str:
-    if miss <= options.accepted:
-        return ""
-    return f"no step lowers the miss of {miss:.1e}: a guess with more harmonics may be nearer"
-
-
-def _bounded(step: Array, options: Shooting) -> Array:
-    """The step, shortened to the bounds on state and period (its last entry)."""
-    state = float(np.linalg.norm(step[:-1])) / options.largest_step
-    period = abs(float(step[-1])) / options.largest_period_step
-    return step / max(1.0, state, period)
-
-
-def _line_search(
-    equations: PeriodMap, unknowns: Array, step: Array, size: float, shortest: float
-) -> tuple[Array, Miss] | None:
-    """The longest of the step, its half, its quarter .. that lowers the miss."""
-    fraction = 1.0
-    while fraction >= shortest:
-        trial = unknowns + fraction * step
-        miss = equations.miss(trial)
-        if not miss.failure and miss.size < size:
-            return trial, miss
-        fraction /= 2
-    return None
-
-
 def _motion(
-    flow: Flow, equations: PeriodMap, target: Target, end: _End, options: Shooting, touched: bool
+    flow: Flow, equations: PeriodMap, found: Found, options: Shooting, *, touches: bool
 ) -> ShotMotion:
     """The result, with the return error of one whole period."""
-    q, velocity, period = equations.state(end.unknowns)
+    q, velocity, period = equations.state(found.unknowns)
+    target = equations.target
     whole = flow.run(q, velocity, period)
     guessed = flow.run(target.q, target.velocity, target.period)
-    omega, amplitude = flow.model.omega, np.sqrt(2 * target.energy)
+    omega, energy = flow.model.omega, flow.energy(q, velocity)
 
     def distance(dq: Array, dv: Array) -> float:
-        return float(np.linalg.norm(np.hypot(omega * dq, dv)) / amplitude)
+        return float(np.linalg.norm(np.hypot(omega * dq, dv)) / target.amplitude)
 
     shot = ShotMotion(
         q=q,
         velocity=velocity,
         period=period,
-        energy=flow.energy(q, velocity),
+        energy=energy,
+        energy_change=energy / target.energy - 1,
         return_error=distance(whole.q - q, whole.velocity - velocity),
         guess_return_error=distance(guessed.q - target.q, guessed.velocity - target.velocity),
         distance=distance(q - target.q, velocity - target.velocity),
         frequency_change=target.period / period - 1,
-        iterations=end.iterations,
+        iterations=found.iterations,
         changes=whole.changes,
         contact_fraction=whole.contact_time / period,
-        failure=end.failure or whole.failure,
+        failure=found.failure or whole.failure,
     )
-    return shot if shot.failure else replace(shot, failure=_refusal(shot, options, touched))
+    return shot if shot.failure else replace(shot, failure=_refusal(shot, options, touches))
 
 
-def _refusal(shot: ShotMotion, options: Shooting, touched: bool) -> str:
+def _refusal(shot: ShotMotion, options: Shooting, touches: bool) -> str:
     """Why a periodic motion is not the one of the guess, or nothing."""
-    if shot.return_error > options.accepted:
+    if shot.return_error > options.steps.accepted:
         return f"after a whole period the state misses its start by {shot.return_error:.1e}"
-    if touched and not shot.contact_fraction:
+    if touches and not shot.contact_fraction:
         return "another motion: it does not touch the obstacle, and the guess does"
-    if shot.distance > options.farthest:
+    if shot.distance > options.steps.farthest:
         return (
             f"another motion: its state is {shot.distance:.2g} of the amplitude away from the guess"
         )

@@ -1,12 +1,13 @@
 r"""Stability of a periodic motion: Floquet multipliers of the shot motion.
 
-M is the derivative of the flow over the period, a plain product of the derivatives of linear stages,
-since the vector field is continuous. In the coordinates (sqrt(omega) q, q' / sqrt(omega)) it obeys
+M is the derivative of the flow over the period, a plain product of the derivatives of linear
+stages, since the vector field is continuous. In the coordinates (sqrt(omega) q, q' / sqrt(omega))
+it obeys
 
     M^T Omega M = Omega,      Omega = [[0, 1], [-1, 0]],
 
-so with mu it has the multipliers 1 / mu and their conjugates. Two of them are 1, for the shift in time
-f = (v, a) = Omega grad H and for the change of energy: a Jordan block, of which rounding makes
+so with mu it has the multipliers 1 / mu and their conjugates. Two of them are 1, for the shift in
+time f = (v, a) = Omega grad H and for the change of energy: a Jordan block, of which rounding makes
 1 +- 1e-8. M f = f and grad H^T M = grad H^T, and f is orthogonal to grad H; so in an orthonormal
 basis that begins with f and ends with grad H the matrix is block triangular,
 
@@ -69,7 +70,9 @@ class Stability:
 
     @property
     def largest(self) -> float:
-        """Largest modulus; 1 where the motion has no other multipliers than the two that are 1."""
+        """Largest modulus; 1 if there are none besides the two that are 1, nan if unknown."""
+        if self.failure:
+            return float("nan")
         return float(np.abs(self.multipliers).max(initial=1.0))
 
 

@@ -125,7 +125,7 @@ def shoot(
 def mean_gamma(flow: Flow, shot: ShotMotion, *, samples: int = 4096) -> float:
     """Modal energy coordinate gamma = m^ / 2 of a shot motion, with all its harmonics.
 
-    m^ = 2 <q' . q'> / (2 omega^2) is a mean of the kinetic energy (Parseval), taken over uniform
+    m^ = <q' . q'> / omega^2 is a mean over the period (Parseval), taken over uniform
     samples: they err by the cube of their distance, since the third derivative of q jumps.
     """
     times = shot.period * np.arange(samples) / samples

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
-from fenics_nnm.nonlinear.family import Steps
+from fenics_nnm.nonlinear.family import Steps, periodic_motion, walk_to_energy
 from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.nonlinear.levels import HarmonicBalance
+from fenics_nnm.nonlinear.period_map import Target, period_map
 from fenics_nnm.nonlinear.shooting import Shooting, ShotMotion, harmonics_of, mean_gamma, shoot
 from fenics_nnm.reduction.model import ReducedModel
 
@@ -157,6 +158,23 @@ def test_walk_along_the_family_finds_what_newton_at_fixed_energy_does_not() -> N
     assert walked.return_error < 1e-11
     assert abs(walked.energy_change) < 1e-11
     assert "another motion" in shoot(flow, balance.series, point).failure  # 0.44 away
+
+
+@pytest.mark.parametrize("reversible", [True, False])
+def test_walk_and_newton_at_fixed_energy_lead_to_the_same_motion(reversible: bool) -> None:
+    point, flow, steps = branch(10).points[-1], Flow(MODEL), Steps(walk_step=0.01)
+    q, energy = point.q.sum(axis=0), 1.15 * point.energy
+    target = Target(q, np.zeros(3), 1 / point.frequency, energy)
+    equations = period_map(flow, target, reversible=reversible)
+    nearest = periodic_motion(equations, equations.start, steps, keep_energy=False)
+    assert not nearest.failure
+    assert nearest.miss.energy_error == pytest.approx(1 / 1.15 - 1, abs=0.01)
+    walked = walk_to_energy(equations, nearest, steps)
+    direct = periodic_motion(equations, equations.start, steps, keep_energy=True)
+    assert not walked.failure
+    assert not direct.failure
+    assert abs(walked.miss.energy_error) < 1e-12
+    np.testing.assert_allclose(walked.unknowns, direct.unknowns, atol=1e-10)
 
 
 def test_energy_that_the_family_does_not_reach_is_said() -> None:

@@ -103,11 +103,18 @@ def motion_of_energy(equations: PeriodMap, steps: Steps) -> Found:
     nearest = periodic_motion(equations, equations.start, steps, keep_energy=False)
     if nearest.failure:
         return direct
-    return _walk(equations, nearest, steps)
+    return walk_to_energy(equations, nearest, steps)
 
 
-def _walk(equations: PeriodMap, nearest: Found, steps: Steps) -> Found:
-    """Along the family from the nearest motion to the one of the wanted energy."""
+def walk_to_energy(equations: PeriodMap, nearest: Found, steps: Steps) -> Found:
+    """Along the family from a periodic motion to the one of the wanted energy.
+
+    Args:
+        equations: Equations with this energy.
+        nearest: A periodic motion of another energy; given back, with the reason, where the wanted
+            energy is not reached.
+        steps: Bounds.
+    """
     at, length = nearest, steps.walk_step
     before: Array = np.zeros(0)
     count = nearest.iterations

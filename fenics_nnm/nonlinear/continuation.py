@@ -95,6 +95,7 @@ def follow(
     mode: int,
     flexibility: FlexibilitySource | None = None,
     truncation: Truncation | None = None,
+    shooting: bool = False,
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     on_progress: Callable[[float], None] = lambda ratio: None,
 ) -> Branch:
@@ -112,6 +113,8 @@ def follow(
         flexibility: Residual flexibility of the full model, in SI units, for a branch of full
             order; with multipliers the contact points carry mass.
         truncation: What the model leaves out, in SI units, for an error estimate of each point.
+        shooting: Whether to shoot for the true motion near each point, where the contact points
+            carry no mass.
         on_point: Called with each converged point before the next one is begun; a later point at
             the same energy replaces the earlier one. The check of periodicity comes at the end.
         on_progress: Called with each energy ratio that has been dealt with.
@@ -135,7 +138,7 @@ def follow(
     march.second_look()
     found = [march.points[ratio] for ratio in sorted(march.points)]
     obeyed = contact_model(model, balance, full_order=flexibility is not None)
-    points = judged(obeyed, balance.series, found, mode=mode)
+    points = judged(obeyed, balance.series, found, mode=mode, shooting=shooting)
     failures = tuple(sorted(march.failures.items()))
     return Branch(points, failures, _reason(continuation, points, failures))
 

@@ -43,6 +43,9 @@ class BranchPoint:
         resonance: Mode and harmonic of an internal resonance, or nothing.
         return_error: Distance of the state after one period of time integration from its start,
             relative in the energy norm; nan before it is known.
+        shot_frequency: Frequency in Hz of the periodic motion of the same energy that shooting
+            finds nearby, exact in time; nan if none was found, or looked for.
+        largest_multiplier: Largest modulus of its Floquet multipliers: 1 if it is stable.
         q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J), or (2 N + 1, J) for a
             general series: cosines, then sines.
         force: Contact forces in N at the samples of the series: of the first half period, shape
@@ -67,6 +70,8 @@ class BranchPoint:
     status: str
     resonance: str
     return_error: float
+    shot_frequency: float
+    largest_multiplier: float
     q: Array
     force: Array
     free: Array
@@ -108,6 +113,8 @@ class PointMaker:
             status="unchecked",
             resonance="",
             return_error=float("nan"),
+            shot_frequency=float("nan"),
+            largest_multiplier=float("nan"),
             q=solution.q * self.scales.amplitude,
             force=solution.forces.force * self.scales.force,
             free=solution.free * self.scales.length,

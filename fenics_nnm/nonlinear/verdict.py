@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.certificate import certified
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.periodicity import return_errors
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -29,9 +30,14 @@ _SHARE = 0.025
 
 
 def judged(
-    model: ReducedModel, series: Series, points: Sequence[BranchPoint], *, mode: int
+    model: ReducedModel,
+    series: Series,
+    points: Sequence[BranchPoint],
+    *,
+    mode: int,
+    shooting: bool,
 ) -> tuple[BranchPoint, ...]:
-    """The points with return errors, internal resonances and statuses.
+    """The points with return errors, internal resonances, statuses and shot motions.
 
     Points of a model whose contact points carry mass stay "unchecked": their motion after an impact
     depends on an impact law that harmonic balance does not have.
@@ -41,12 +47,14 @@ def judged(
         series: Series that the points are written in.
         points: Points of a branch of this model.
         mode: Index of the followed mode.
+        shooting: Whether to shoot for the true motion near each point.
     """
     errors: Array = np.full(len(points), np.nan)
     if model.massless:
         errors = return_errors(model, series, points)
+        points = certified(model, series, points) if shooting else points
     return tuple(
-        _judged(model, point, float(error), internal_resonance(model, series, point, mode))
+        _judged(point, float(error), internal_resonance(model, series, point, mode))
         for point, error in zip(points, errors, strict=True)
     )
 
@@ -58,10 +66,10 @@ def internal_resonance(model: ReducedModel, series: Series, point: BranchPoint, 
     return str(found) if found.share > _SHARE else ""
 
 
-def _judged(model: ReducedModel, point: BranchPoint, error: float, resonance: str) -> BranchPoint:
-    if not model.massless:
+def _judged(point: BranchPoint, error: float, resonance: str) -> BranchPoint:
+    if np.isnan(error):
         status = UNCHECKED
-    elif not error <= _LARGEST_RETURN_ERROR:
+    elif error > _LARGEST_RETURN_ERROR:
         status = UNRESOLVED
     else:
         status = RESONANT if resonance else CONVERGED

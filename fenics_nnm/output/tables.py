@@ -23,6 +23,9 @@ COLUMNS = {
     "status": "status",
     "reduction_residual": "reduction_residual",
     "reduction_error": "reduction_error",
+    "return_error": "return_error",
+    "shot_frequency_Hz": "shot_frequency",
+    "largest_multiplier": "largest_multiplier",
 }
 
 

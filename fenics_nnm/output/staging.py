@@ -255,7 +255,7 @@ def _points_in(staging: Path) -> tuple[BranchPoint, ...]:
 def _is_bare(staging: Path) -> bool:
     """Whether a folder certainly has no points."""
     branch = staging / "branch.h5"
-    if any(journal.folder_beside(branch).glob("*")):
+    if any(journal.folder_beside(branch).glob("*.npz")):
         return False
     try:
         return not branch.exists() or not branch_file.read(branch)[1]

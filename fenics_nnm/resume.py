@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError
+from fenics_nnm.errors import NonlinearModeError, StudyError
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
@@ -84,11 +84,11 @@ def assert_nobody_runs(folder: Path, *, but: Path) -> None:
         but: Folder of the run that asks.
 
     Raises:
-        OutputError: if there is another run.
+        StudyError: if there is another run.
     """
     living = living_run(folder, but=but)
     if living:
-        raise OutputError(f"{living[0]}: is of a run that is going on ({living[1]}): let it end")
+        raise StudyError(f"{living[0]}: is of a run that is going on ({living[1]}): let it end")
 
 
 def difference(stored: str, wanted: str) -> str:
@@ -106,7 +106,8 @@ def difference(stored: str, wanted: str) -> str:
     except (NonlinearModeError, tomllib.TOMLDecodeError) as error:
         return f"its study file cannot be read by this version: {error}"
     now = dict(_leaves(_study(wanted)))
-    for key in {**now, **before}:
+    in_file = [key for name in tomllib.loads(wanted) for key in now if key.startswith(f"{name}.")]
+    for key in dict.fromkeys([*in_file, *now, *before]):
         if before.get(key) != now.get(key):
             return f"{key} was {_value(before.get(key))} and is {_value(now.get(key))} now"
     return ""
@@ -126,11 +127,11 @@ def known_points(
         stop: Last gamma ratio.
 
     Raises:
-        OutputError: if the stored model is another one.
+        StudyError: if the stored model is another one.
     """
     reason = _model_difference(run.header.model, model)
     if reason:
-        raise OutputError(
+        raise StudyError(
             f"{run.path}: its points cannot be taken over, as {reason}: has the mesh, or a matrix, "
             "changed?"
         )

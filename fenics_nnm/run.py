@@ -28,7 +28,7 @@ from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.verdict import RESONANT, STATUSES, UNCHECKED, UNRESOLVED
-from fenics_nnm.output import branch_file
+from fenics_nnm.output import branch_file, journal
 from fenics_nnm.output.journal import Journal
 from fenics_nnm.output.plots import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
@@ -144,11 +144,8 @@ def _tell(stopped: tuple[Stopped, ...]) -> None:
     """Say where the points of stopped runs are."""
     for run in stopped:
         what = f"{run.points} points" if run.points else "a file that cannot be read"
-        logger.warning(
-            "%s: has %s of a run that was stopped or killed; they stay there until you delete it",
-            run.path,
-            what,
-        )
+        end = "that was stopped or killed" if run.gone else "on another machine, perhaps going on"
+        logger.warning("%s: has %s of a run %s; left as it is", run.path, what, end)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,11 +161,12 @@ class _Recorder:
         """Follow the branch; each point is on disk before the next one is begun."""
         with self.stages.stage("output"):
             arrays = report_of(analysis).arrays()
+            known = on_root(self.comm, lambda: self._begin(analysis, arrays))
+        if known:
+            logger.info("%d points taken over", len(known))
 
         def solve(flexibility: FlexibilitySource | None = None) -> Branch:
-            known = self._known_points(analysis)
-            with self.stages.stage("output"):
-                points = self._create(analysis, arrays, known)
+            points = journal.opened(self.staging.branch)
             # HAND-OVER: `known=known` goes into this call; until then every point is found again
             branch = nonlinear_mode(
                 self.study,
@@ -187,24 +185,16 @@ class _Recorder:
         with HarmonicSolver(analysis, harmonics=self.study.mode.harmonics) as flexibility:
             return conducted(self.comm, solve, flexibility)
 
-    def _known_points(self, analysis: Analysis) -> tuple[BranchPoint, ...]:
-        """Points of an earlier run that are wanted again."""
-        if self.stored is None:
-            return ()
-        energies = self.study.continuation.energies
-        model = model_in_contact(self.study, analysis)
-        return known_points(self.stored, model, energies.start, energies.stop)
-
     def write_tables(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
         """Write table, picture and summary; the summary is returned."""
         summary = self._summary(analysis, branch)
         on_root(self.comm, lambda: self._write_tables(analysis, branch, summary))
         return summary
 
-    def _create(
-        self, analysis: Analysis, arrays: dict[str, Array], known: tuple[BranchPoint, ...]
-    ) -> Journal:
+    def _begin(self, analysis: Analysis, arrays: dict[str, Array]) -> tuple[BranchPoint, ...]:
+        """Make branch.h5, with the points of an earlier run that are wanted again."""
         mode = self.study.mode
+        model = model_in_contact(self.study, analysis)
         header = branch_file.BranchHeader(
             study=self.text,
             versions=versions(),
@@ -212,9 +202,13 @@ class _Recorder:
             harmonics=mode.harmonics,
             samples=mode.samples,
             series=mode.series,
-            model=model_in_contact(self.study, analysis),
+            model=model,
         )
-        return branch_file.create(self.staging.branch, header, arrays, known)
+        energies = self.study.continuation.energies
+        stored = self.stored
+        known = known_points(stored, model, energies.start, energies.stop) if stored else ()
+        branch_file.create(self.staging.branch, header, arrays, known)
+        return known
 
     def _write_tables(self, analysis: Analysis, branch: Branch, summary: dict[str, Any]) -> None:
         folder = self.staging.path

@@ -8,6 +8,7 @@ import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -21,7 +22,7 @@ from conftest import Ended, contents
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file, journal, owner
 from fenics_nnm.output.owner import Standing
-from fenics_nnm.output.staging import running_folders, stopped_runs
+from fenics_nnm.output.staging import publish, running_folders, stopped_runs
 from fenics_nnm.output.stored_branch import read_stored_branch
 
 StudyFile = Callable[..., Path]
@@ -79,7 +80,8 @@ def whole_run(folder):
     model = ReducedModel(np.ones(2), np.ones((2, 2)), np.eye(2), np.ones(2))
     header = branch_file.BranchHeader("", {}, 1, 2, 4, "time-reversible", model)
     points = [point(1.0 + n / 10, float(n)) for n in range(3)]
-    written = branch_file.create(own.branch, header, {"mesh/points": np.zeros((5, 3))})
+    branch_file.create(own.branch, header, {"mesh/points": np.zeros((5, 3))})
+    written = journal.opened(own.branch)
     for number, each in enumerate(points):
         branch_file.append(written, each)
         os.write(noted, b"x")
@@ -382,6 +384,45 @@ def test_two_runs_at_once_have_folders_of_their_own(
         process.wait()
     assert {path.name for path in (tmp_path / "out").iterdir()} == RESULTS
     assert len(branch_file.read(tmp_path / "out" / "branch.h5")[1]) == 31
+
+
+def test_results_are_moved_by_one_run_at_a_time(tmp_path: Path) -> None:
+    mine = tmp_path / ".running-1"
+    mine.mkdir()
+    (mine / "summary.json").write_text("mine")
+    moving = threading.Thread(target=publish, args=(mine, tmp_path))
+    with owner.alone_in(tmp_path):
+        moving.start()
+        moving.join(0.2)
+        assert moving.is_alive() and not (tmp_path / "summary.json").exists()
+    moving.join(10)
+    assert (tmp_path / "summary.json").read_text() == "mine" and not mine.exists()
+
+
+def test_run_on_another_machine_is_told_and_left_alone(
+    killed: Path, study_file: StudyFile, command: Command, caplog: Any
+) -> None:
+    (path,) = running_folders(killed)
+    known = json.loads((path / owner.NAME).read_text())
+    (path / owner.NAME).write_text(json.dumps({**known, "boot": "other", "host": "other"}))
+    before = contents(path)
+    caplog.clear()
+    assert command("run", study_file(), "--output", "out").code == 0
+    (line,) = caplog.messages
+    assert "on another machine, perhaps going on" in line
+    assert contents(path) == before
+
+
+def test_full_disk_at_the_very_beginning(
+    study_file: StudyFile, command: Command, monkeypatch: Any, tmp_path: Path
+) -> None:
+    def fail(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    ended = command("run", study_file(), "--output", "deep/out")
+    ended.assert_one_line(2, "output folder deep/out: cannot be written: No space left")
+    assert not (tmp_path / "deep").exists()
 
 
 @pytest.mark.parametrize("killed_rank", [False, True])

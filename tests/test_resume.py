@@ -286,9 +286,7 @@ def test_changed_mesh_is_refused_before_anything_is_written(tmp_path: Path) -> N
     model = header.model
     stiffer = ReducedModel(model.omega * 1.01, model.Phi, model.R, model.gap)
     path.unlink()
-    journal = branch_file.create(path, replace(header, model=stiffer), {})
-    for point in points:
-        branch_file.append(journal, point)
+    branch_file.create(path, replace(header, model=stiffer), {}, points)
     before = contents(tmp_path)
     with pytest.raises(StudyError, match=r"frequency 1 was \d.* Hz and is \d.* Hz now"):
         run(text, tmp_path, resume=True)

@@ -11,7 +11,7 @@ Layout (SI units):
                          shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
                          matrices: u = shapes^T q - residual_shapes^T lambda
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
-                         attributes: scalars of the point
+                         attributes: scalars of the point; by ascending energy
 
 The file of a finished run has all of this. While a run goes on, and after it was killed, points
 are in the folder `branch.points` beside it (see `journal`), and `read` looks there. In the end it
@@ -71,8 +71,8 @@ class BranchHeader:
 
 def create(
     path: Path, header: BranchHeader, arrays: dict[str, Array], known: Sequence[BranchPoint] = ()
-) -> Journal:
-    """Make a new file without points, and the journal that its points go to.
+) -> None:
+    """Make a new file without points, and the journal beside it that its points go to.
 
     Args:
         path: File to make, in a folder without one.
@@ -85,7 +85,7 @@ def create(
     """
     with _writing(path):
         write_whole(path, _image(header, arrays))
-        return journal.begin(path, known)
+        journal.begin(path, known)
 
 
 def append(points: Journal, point: BranchPoint) -> None:

@@ -53,8 +53,8 @@ def folder_beside(branch: Path) -> Path:
     return branch.with_suffix(".points")
 
 
-def begin(branch: Path, known: Iterable[BranchPoint] = ()) -> Journal:
-    """Begin the journal of a new branch.h5.
+def begin(branch: Path, known: Iterable[BranchPoint] = ()) -> None:
+    """Make the journal of a new branch.h5.
 
     Args:
         branch: The branch.h5 that the points are for.
@@ -71,7 +71,12 @@ def begin(branch: Path, known: Iterable[BranchPoint] = ()) -> Journal:
         journal.append(point)
     part.rename(folder)
     sync_folder(folder.parent)
-    return Journal(folder, journal.numbers)
+
+
+def opened(branch: Path) -> Journal:
+    """The journal of a branch.h5, to add points to."""
+    folder = folder_beside(branch)
+    return Journal(folder, itertools.count(len(list(folder.glob("*.npz")))))
 
 
 def read(branch: Path) -> tuple[BranchPoint, ...]:

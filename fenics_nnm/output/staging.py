@@ -83,7 +83,7 @@ def claim(folder: Path) -> Staging:
         made = tuple(path for path in (folder, *folder.parents) if not path.exists())
         folder.mkdir(parents=True, exist_ok=True)
         path = _new_folder(folder)
-        return Staging(path, folder, made, owner.take(path))
+        return Staging(path, folder, made, _taken(path, made))
     except (OSError, ValueError) as error:  # a null character is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise StudyError(f"output folder {folder}: cannot be written: {reason}") from error
@@ -101,11 +101,12 @@ def publish(staging: Path, folder: Path) -> None:
             moved.append((source, target))
 
     try:
-        for name in RESULTS:
-            move(folder / name, older / name)
-        move(older, replaced)
-        for name in RESULTS:
-            move(staging / name, folder / name)
+        with owner.alone_in(folder):
+            for name in RESULTS:
+                move(folder / name, older / name)
+            move(older, replaced)
+            for name in RESULTS:
+                move(staging / name, folder / name)
     except BaseException:
         for source, target in reversed(moved):
             target.replace(source)
@@ -184,6 +185,18 @@ def _new_folder(folder: Path) -> Path:
             number += 1
 
 
+def _taken(path: Path, made: tuple[Path, ...]) -> int:
+    """Descriptor of the owner's file; where it cannot be written nothing is left."""
+    try:
+        return owner.take(path)
+    except OSError:
+        with suppress(OSError):
+            remove(path)
+            for folder in made:
+                folder.rmdir()
+        raise
+
+
 def _keep(staging: Staging, points: tuple[BranchPoint, ...]) -> str:
     try:
         branch_file.gather(staging.branch)
@@ -205,22 +218,17 @@ def _keep(staging: Staging, points: tuple[BranchPoint, ...]) -> str:
 
 def _tidy(path: Path, folder: Path) -> None:
     """Bring the results of a run that was killed while they were moved to one side of that."""
-    with _held(path) as held:
+    older, replaced = path / _OLDER, path / _REPLACED
+    with _told(path), _held(path) as held, owner.alone_in(folder):
         if not held:
             return
-        older, replaced = path / _OLDER, path / _REPLACED
-        try:
-            if older.exists():
-                _move_all(older, folder)
-                shutil.rmtree(older)
-            if replaced.exists() and _move_all(path, folder):
-                logger.warning(
-                    "%s: has all results now of a run that was killed at its end", folder
-                )
-            if _is_bare(path):
-                remove(path)
-        except OSError as error:
-            logger.warning("%s: of a run that was killed: %s", path, error)
+        if older.exists():
+            _move_all(older, folder)
+            shutil.rmtree(older)
+        if replaced.exists() and _move_all(path, folder):
+            logger.warning("%s: has all results now of a run that was killed at its end", folder)
+        if _is_bare(path):
+            remove(path)
 
 
 def _move_all(source: Path, folder: Path) -> bool:
@@ -231,6 +239,15 @@ def _move_all(source: Path, folder: Path) -> bool:
     for name in names:
         (source / name).replace(folder / name)
     return bool(names)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Errors of the operating system as a warning, as they are no matter of the present run."""
+    try:
+        yield
+    except OSError as error:
+        logger.warning("%s: is left over from a run that was killed: %s", path, error)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ Every step is one function call whose result is a frozen record.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from mpi4py import MPI
@@ -97,6 +97,7 @@ def nonlinear_mode(
     analysis: LinearAnalysis | MatrixAnalysis,
     *,
     flexibility: FlexibilitySource | None = None,
+    known: Sequence[BranchPoint] = (),
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     stages: Stages | None = None,
 ) -> Branch:
@@ -106,6 +107,7 @@ def nonlinear_mode(
         study: Study.
         analysis: All that is linear of it.
         flexibility: Residual flexibility of the whole model, for a study of full order.
+        known: Points found before.
         on_point: Called with each converged point before the next one is begun.
         stages: Told how far the branch is.
     """
@@ -126,6 +128,7 @@ def nonlinear_mode(
             flexibility=flexibility,
             truncation=analysis.reduction.truncation,
             shooting=study.continuation.shooting,
+            known=known,
             on_point=on_point,
             on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
         )

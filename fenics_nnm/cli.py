@@ -104,6 +104,11 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="follow the nonlinear mode of a study")
     run.add_argument("--output", type=Path, metavar="DIR", help="folder of the results")
+    run.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on from the points of a stopped, or finished, run of the same study",
+    )
     run.set_defaults(action=_run)
     check = commands.add_parser("check", help="show what a study means, up to its linear modes")
     check.set_defaults(action=_check)
@@ -121,7 +126,8 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
     console = _console(MPI.COMM_WORLD)
     folder = arguments.output or study.output.folder or Path("results") / arguments.study.stem
     with terminable(), _stages(console, arguments) as stages:
-        result = run_study(study, arguments.study.read_text("utf-8"), folder, stages=stages)
+        text = arguments.study.read_text("utf-8")
+        result = run_study(study, text, folder, resume=arguments.resume, stages=stages)
     if console.is_terminal:
         console.print(_result_table(result, study))
         closing = f"{result.branch.reason}; results in {result.folder}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import platform
-import shutil
 from collections import Counter
 from dataclasses import dataclass
 from importlib import metadata
@@ -20,7 +19,7 @@ from mpi4py import MPI
 import fenics_nnm
 from fenics_nnm.analysis import linear_analysis, model_in_contact, nonlinear_mode
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import OutputError, StudyError
+from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import conducted, on_root
@@ -29,17 +28,23 @@ from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.verdict import RESONANT, STATUSES, UNCHECKED, UNRESOLVED
-from fenics_nnm.output import branch_file
+from fenics_nnm.output import branch_file, journal
+from fenics_nnm.output.journal import Journal
 from fenics_nnm.output.plots import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
+from fenics_nnm.output.staging import Staging, Stopped, claim, publish, rescue, stopped_runs
 from fenics_nnm.output.tables import write_backbone, write_summary
+from fenics_nnm.resume import (
+    StoredRun,
+    assert_nobody_runs,
+    known_points,
+    remove_taken_over,
+    stored_run,
+)
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
 
 logger = logging.getLogger(__name__)
-
-#: Files and folders of a results folder; a new run replaces these and nothing else.
-RESULTS = ("branch.h5", "backbone.csv", "summary.json", "backbone.png", "fields")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +79,7 @@ def run_study(
     text: str,
     folder: Path,
     *,
+    resume: bool = False,
     comm: MPI.Comm = MPI.COMM_WORLD,
     stages: Stages | None = None,
 ) -> RunResult:
@@ -81,12 +87,13 @@ def run_study(
 
     Results are made in a folder of their own and moved to `folder` when the branch has ended, so
     that a run that fails leaves older results alone. Where there are no older ones, the points
-    of an interrupted run are moved there too.
+    of an interrupted run are moved there too. What a killed run left is told and left alone.
 
     Args:
         study: Study.
         text: Text of the study file, kept in branch.h5.
         folder: Folder of the results, made if need be.
+        resume: Begin with the points of a stopped, or finished, run of this study in `folder`.
         comm: Communicator of the mesh.
         stages: Timings and progress.
 
@@ -94,33 +101,59 @@ def run_study(
         NonlinearModeError: if the study cannot be run, or the results not be written.
     """
     stages = stages or Stages()
-    staging, made = on_root(comm, lambda: _staging_folder(folder))
-    recorder = _Recorder(study, text, staging, comm, stages)
+    staging = on_root(comm, lambda: claim(folder))
     try:
+        stopped = on_root(comm, lambda: stopped_runs(folder))
+        stored = on_root(comm, lambda: _to_resume(staging, stopped, text)) if resume else None
+        recorder = _Recorder(study, text, staging, stored, comm, stages)
+        if comm.rank == 0 and not resume:
+            _tell(stopped)
         analysis = linear_analysis(study, comm, stages)
         branch = recorder.follow(analysis)
         with stages.stage("output"):
-            report_of(analysis).write_fields(staging / "fields", study, branch, stages)
+            report_of(analysis).write_fields(staging.path / "fields", study, branch, stages)
             summary = recorder.write_tables(analysis, branch)
         with uninterrupted():
-            on_root(comm, lambda: _publish(staging, folder))
+            on_root(comm, lambda: publish(staging.path, folder))
+            if resume:
+                on_root(comm, lambda: remove_taken_over(stopped, text, branch))
     except BaseException as error:
         if comm.rank == 0:
             with uninterrupted():
-                _note(error, _rescue(staging, folder, made))
+                _note(error, rescue(staging))
         if isinstance(error, OSError) and not isinstance(error, OutputError):
             raise _unwritable(error, folder) from error
         raise
+    finally:
+        if comm.rank == 0:
+            staging.release()
     if comm.rank == 0:
         _warn(branch)
     return RunResult(folder, branch, summary)
+
+
+def _to_resume(staging: Staging, stopped: tuple[Stopped, ...], text: str) -> StoredRun | None:
+    assert_nobody_runs(staging.results, but=staging.path)
+    stored = stored_run(staging.results, stopped, text)
+    if stored is None:
+        logger.warning("%s: no points to resume from: starting anew", staging.results)
+    return stored
+
+
+def _tell(stopped: tuple[Stopped, ...]) -> None:
+    """Say where the points of stopped runs are."""
+    for run in stopped:
+        what = f"{run.points} points" if run.points else "a file that cannot be read"
+        end = "that was stopped or killed" if run.gone else "on another machine, perhaps going on"
+        logger.warning("%s: has %s of a run %s; left as it is", run.path, what, end)
 
 
 @dataclass(frozen=True, slots=True)
 class _Recorder:
     study: Study
     text: str
-    folder: Path
+    staging: Staging
+    stored: StoredRun | None
     comm: MPI.Comm
     stages: Stages
 
@@ -128,26 +161,22 @@ class _Recorder:
         """Follow the branch; each point is on disk before the next one is begun."""
         with self.stages.stage("output"):
             arrays = report_of(analysis).arrays()
-            on_root(self.comm, lambda: self._create(analysis, arrays))
-        path = self.folder / "branch.h5"
-
-        def store(point: BranchPoint) -> None:
-            with uninterrupted():
-                branch_file.append(path, point)
-            logger.info(
-                "gamma_ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
-                point.gamma_ratio,
-                point.frequency,
-                point.energy,
-                point.iterations,
-            )
+            known = on_root(self.comm, lambda: self._begin(analysis, arrays))
+        if known:
+            logger.info("%d points taken over", len(known))
 
         def solve(flexibility: FlexibilitySource | None = None) -> Branch:
+            points = journal.opened(self.staging.branch)
             branch = nonlinear_mode(
-                self.study, analysis, flexibility=flexibility, on_point=store, stages=self.stages
+                self.study,
+                analysis,
+                flexibility=flexibility,
+                known=known,
+                on_point=lambda point: _store(points, point),
+                stages=self.stages,
             )
             with uninterrupted():
-                branch_file.finish(path, branch)
+                branch_file.finish(self.staging.branch, branch)
             return branch
 
         # one rank decides about the steps, so that round-off cannot part the ranks
@@ -162,8 +191,10 @@ class _Recorder:
         on_root(self.comm, lambda: self._write_tables(analysis, branch, summary))
         return summary
 
-    def _create(self, analysis: Analysis, arrays: dict[str, Array]) -> None:
+    def _begin(self, analysis: Analysis, arrays: dict[str, Array]) -> tuple[BranchPoint, ...]:
+        """Make branch.h5, with the points of an earlier run that are wanted again."""
         mode = self.study.mode
+        model = model_in_contact(self.study, analysis)
         header = branch_file.BranchHeader(
             study=self.text,
             versions=versions(),
@@ -171,20 +202,25 @@ class _Recorder:
             harmonics=mode.harmonics,
             samples=mode.samples,
             series=mode.series,
-            model=model_in_contact(self.study, analysis),
+            model=model,
         )
-        branch_file.create(self.folder / "branch.h5", header, arrays)
+        energies = self.study.continuation.energies
+        stored = self.stored
+        known = known_points(stored, model, energies.start, energies.stop) if stored else ()
+        branch_file.create(self.staging.branch, header, arrays, known)
+        return known
 
     def _write_tables(self, analysis: Analysis, branch: Branch, summary: dict[str, Any]) -> None:
-        write_backbone(self.folder / "backbone.csv", branch.points)
+        folder = self.staging.path
+        write_backbone(folder / "backbone.csv", branch.points)
         plot_backbone(
-            self.folder / "backbone.png",
+            folder / "backbone.png",
             branch.points,
             title=self.study.title,
             linear_frequency=float(analysis.modes.frequencies[self.study.mode.number - 1]),
             failures=[ratio for ratio, _ in branch.failures],
         )
-        write_summary(self.folder / "summary.json", summary)
+        write_summary(folder / "summary.json", summary)
 
     def _summary(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
         first = self.study.mode.number - 1
@@ -210,6 +246,18 @@ class _Recorder:
         }
 
 
+def _store(points: Journal, point: BranchPoint) -> None:
+    with uninterrupted():
+        branch_file.append(points, point)
+    logger.info(
+        "gamma_ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
+        point.gamma_ratio,
+        point.frequency,
+        point.energy,
+        point.iterations,
+    )
+
+
 def _largest_return_error(branch: Branch) -> float | None:
     """Largest distance from its start of a motion integrated over its period; None if unknown."""
     errors = [point.return_error for point in branch.points]
@@ -232,118 +280,28 @@ def _warn(branch: Branch) -> None:
         )
     if unchecked := by_status[UNCHECKED]:
         logger.warning(
-            "%d of %d points are unchecked: contact points that carry mass have no motion in time "
-            "to compare with",
+            "%d of %d points are unchecked: there is no motion in time to compare with, as contact "
+            "points carry mass or contact changes too often",
             len(unchecked),
             total,
         )
 
 
 def _warn_unresolved(unresolved: list[BranchPoint], total: int) -> None:
-    worst = max(unresolved, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
-    if np.isnan(worst.return_error):
-        why = (
-            "the contact is too stiff for the check by time integration; fewer reduction.modes "
-            "make it softer"
-        )
-    else:
-        why = (
-            f"integrated in time over a period, the motion at gamma_ratio {worst.gamma_ratio:g} "
-            f"misses its start by {100 * worst.return_error:.0f} %; raise mode.harmonics and "
-            "mode.samples"
-        )
-    logger.warning("%d of %d points are unresolved: %s", len(unresolved), total, why)
-
-
-def _staging_folder(folder: Path) -> tuple[Path, list[Path]]:
-    """A new folder inside the results folder, and the folders made for it, deepest first.
-
-    It shows too that the results folder can be written.
-    """
-    try:
-        made = [path for path in (folder, *folder.parents) if not path.exists()]
-        folder.mkdir(parents=True, exist_ok=True)
-        number = 1
-        while (staging := folder / f".running-{number}").exists():
-            number += 1
-        staging.mkdir()
-    except (OSError, ValueError) as error:  # a null character is a ValueError
-        reason = getattr(error, "strerror", None) or error
-        raise StudyError(f"output folder {folder}: cannot be written: {reason}") from error
-    return staging, made
-
-
-def _publish(staging: Path, folder: Path) -> None:
-    """Move the results to their folder in place of older ones: all of them, or none."""
-    older = staging / "older"
-    older.mkdir()
-    moved: list[tuple[Path, Path]] = []
-
-    def move(source: Path, target: Path) -> None:
-        if source.exists():
-            source.replace(target)
-            moved.append((source, target))
-
-    try:
-        for name in RESULTS:
-            move(folder / name, older / name)
-            move(staging / name, folder / name)
-    except BaseException:
-        for source, target in reversed(moved):
-            target.replace(source)
-        older.rmdir()
-        raise
-    shutil.rmtree(staging)
-
-
-def _rescue(staging: Path, folder: Path, made: list[Path]) -> str:
-    """Keep the points of a run that was stopped, without touching older results; say where."""
-    if not staging.exists():
-        return f"the results are in {folder}"
-    points = _points_in(staging)
-    try:
-        if points:
-            return _keep(staging, folder, points)
-        shutil.rmtree(staging)
-        for path in made:
-            path.rmdir()
-    except OSError as error:
-        return f"what there is stays in {staging} ({error})"
-    return ""
-
-
-def _keep(staging: Path, folder: Path, points: tuple[BranchPoint, ...]) -> str:
-    for path in staging.iterdir():
-        if path.name != "branch.h5":
-            _remove(path)
-    try:
-        write_backbone(staging / "backbone.csv", points)
-    except OSError:  # the disk is full; the points are in branch.h5
-        _remove(staging / "backbone.csv")
-    if any((folder / name).exists() for name in RESULTS):
-        return f"{len(points)} points are in {staging}, older results are as they were"
-    _publish(staging, folder)
-    return f"{len(points)} points are in {folder}"
-
-
-def _points_in(staging: Path) -> tuple[BranchPoint, ...]:
-    """Points on disk, none if the file was not begun or is broken."""
-    try:
-        return branch_file.read(staging / "branch.h5")[1]
-    except Exception:  # HDF5 raises many kinds at a broken file
-        return ()
+    worst = max(unresolved, key=lambda point: point.return_error)
+    logger.warning(
+        "%d of %d points are unresolved: integrated in time over a period, the motion at "
+        "gamma_ratio %g misses its start by %.0f %%; raise mode.harmonics and mode.samples",
+        len(unresolved),
+        total,
+        worst.gamma_ratio,
+        100 * worst.return_error,
+    )
 
 
 def _note(error: BaseException, text: str) -> None:
     if text:
         error.add_note(text)
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
 
 
 def _unwritable(error: OSError, folder: Path) -> OutputError:

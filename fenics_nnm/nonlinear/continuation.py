@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,6 +24,9 @@ from fenics_nnm.nonlinear.reduction_error import (
 from fenics_nnm.nonlinear.verdict import judged
 from fenics_nnm.reduction.model import ReducedModel, Scales
 from fenics_nnm.reduction.truncation import Truncation
+
+#: Energies that differ by less than this part are the same.
+_SAME = 1e-9
 
 logger = logging.getLogger(__name__)
 
@@ -96,6 +99,7 @@ def follow(
     flexibility: FlexibilitySource | None = None,
     truncation: Truncation | None = None,
     shooting: bool = False,
+    known: Sequence[BranchPoint] = (),
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     on_progress: Callable[[float], None] = lambda ratio: None,
 ) -> Branch:
@@ -115,6 +119,7 @@ def follow(
         truncation: What the model leaves out, in SI units, for an error estimate of each point.
         shooting: Whether to shoot for the true motion near each point, where the contact points
             carry no mass.
+        known: Points found before, in SI units; they are part of the branch as they are.
         on_point: Called with each converged point before the next one is begun; a later point at
             the same energy replaces the earlier one. The check of periodicity comes at the end.
         on_progress: Called with each energy ratio that has been dealt with.
@@ -131,9 +136,10 @@ def follow(
     error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
     maker = PointMaker(finest, scales, error)
     march = _March(lift, maker, continuation, on_point)
-    targets = continuation.targets()
-    for target in targets:
-        march.reach(target)
+    march.take_over(known)
+    for target in continuation.targets():
+        if not march.has(target):
+            march.reach(target)
         on_progress(target)
     march.second_look()
     found = [march.points[ratio] for ratio in sorted(march.points)]
@@ -170,6 +176,17 @@ class _March:
     points: dict[float, BranchPoint] = field(default_factory=dict)
     stacks: dict[float, Stack] = field(default_factory=dict)
     failures: dict[float, str] = field(default_factory=dict)
+
+    def take_over(self, known: Sequence[BranchPoint]) -> None:
+        """Begin with points that were found before."""
+        for point in known:
+            ratio = point.gamma_ratio
+            self.points[ratio] = point
+            self.stacks[ratio] = self.lift.restored(ratio, self.maker.solution(point))
+
+    def has(self, target: float) -> bool:
+        """Whether there is a point at an energy."""
+        return any(abs(ratio - target) <= _SAME * target for ratio in self.points)
 
     def reach(self, target: float, first: Stack | None = None) -> None:
         """Get to `target` in halved steps where one step fails.

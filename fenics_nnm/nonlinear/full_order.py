@@ -171,9 +171,9 @@ class FullOrderEquations:
         return np.hstack([modal, np.ones((len(modal), self.model.points))])
 
     def relative_residual(self, unknowns: Array, omega: float, residual: Array) -> float:
-        """Norm of the residual as displacements, relative to the norm of the motion."""
-        size = np.linalg.norm(unknowns)
-        return float(np.linalg.norm(residual / self.row_scale(omega)) / size)
+        """Norm of the residual as displacements, relative to that of the motion; inf at rest."""
+        size = float(np.linalg.norm(unknowns))
+        return float(np.linalg.norm(residual / self.row_scale(omega))) / size if size else np.inf
 
     def _parts(self, unknowns: Array) -> tuple[Array, Array]:
         """Split into q and ell."""

@@ -88,6 +88,11 @@ class Lift:
             found.append(self._lifted(gamma_ratio, neighbour))
         return max(found, key=lambda stack: stack.share)
 
+    def restored(self, gamma_ratio: float, finest: Solution) -> Stack:
+        """A stack of which the finest motion alone is known."""
+        below = (None,) * (len(self.levels) - 1)
+        return Stack(gamma_ratio, (*below, finest), self._share(self.levels[-1], finest))
+
     def _doubtful(self, stack: Stack, neighbour: Stack | None) -> bool:
         """Whether a motion is missing, or may be inside an internal resonance."""
         if stack.finest is None:

@@ -153,8 +153,9 @@ class HarmonicEquations:
         return self.model.omega**2 + (self.series.order[:, None] * omega) ** 2
 
     def relative_residual(self, q: Array, omega: float, residual: Array) -> float:
-        """Norm of the residual as displacements, relative to the norm of the motion."""
-        return float(np.linalg.norm(residual / self.row_scale(omega)) / np.linalg.norm(q))
+        """Norm of the residual as displacements, relative to that of the motion; inf at rest."""
+        size = float(np.linalg.norm(q))
+        return float(np.linalg.norm(residual / self.row_scale(omega))) / size if size else np.inf
 
     @property
     def gamma_weight(self) -> Array:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.contact_law import ContactForces
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.nonlinear.reduction_error import ReductionError
@@ -118,6 +119,25 @@ class PointMaker:
             q=solution.q * self.scales.amplitude,
             force=solution.forces.force * self.scales.force,
             free=solution.free * self.scales.length,
+        )
+
+    def solution(self, point: BranchPoint) -> Solution:
+        """The solution that a stored point came from, without the slopes of its forces."""
+        q, omega = point.q / self.scales.amplitude, 2 * np.pi * point.frequency / self.scales.omega
+        forces = ContactForces(
+            force=point.force / self.scales.force,
+            samples=np.empty(0, dtype=np.int64),
+            points=np.empty((0, 0), dtype=np.int64),
+            slope=np.empty((0, 0, 0)),
+        )
+        return Solution(
+            q=q,
+            omega=omega,
+            forces=forces,
+            free=point.free / self.scales.length,
+            energies=self.equations.energies(q, omega, forces),
+            residual=point.residual,
+            iterations=0,
         )
 
     def _penetration(self, solution: Solution) -> float:

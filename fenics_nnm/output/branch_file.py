@@ -11,17 +11,20 @@ Layout (SI units):
                          shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
                          matrices: u = shapes^T q - residual_shapes^T lambda
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
-                         attributes: scalars of the point
+                         attributes: scalars of the point; by ascending energy
 
-Points are numbered in the order in which they converged; of two at one energy the later one holds.
-The file is closed between two of them.
+The file of a finished run has all of this. While a run goes on, and after it was killed, points
+are in the folder `branch.points` beside it (see `journal`), and `read` looks there. In the end it
+is replaced at one instant by a file with the points, so that it opens whenever a run is killed.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass, fields
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -32,15 +35,15 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output import journal
+from fenics_nnm.output.durable import replacing, write_whole
+from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
 
 FORMAT = "fenics_nnm branch 2"
 
-#: More bytes than HDF5 needs to note a group and its attributes.
-_OVERHEAD = 32768
-
-_ARRAYS = ("q", "force", "free")
-_SCALARS = tuple(item.name for item in fields(BranchPoint) if item.name not in _ARRAYS)
+#: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
+_OVERHEAD, _ONCE = 8192, 32768
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,67 +69,90 @@ class BranchHeader:
     model: ReducedModel
 
 
-def create(path: Path, header: BranchHeader, arrays: dict[str, Array]) -> None:
-    """Make a new file without points.
+def create(
+    path: Path, header: BranchHeader, arrays: dict[str, Array], known: Sequence[BranchPoint] = ()
+) -> None:
+    """Make a new file without points, and the journal beside it that its points go to.
 
     Args:
-        path: File to make; an older one is replaced.
+        path: File to make, in a folder without one.
         header: What holds for all points.
         arrays: Further data sets by their place in the file, such as "mesh/points".
+        known: Points of an earlier run to begin with.
 
     Raises:
         OutputError: if it cannot be written.
     """
     with _writing(path):
-        path.write_bytes(_image(header, arrays))
+        write_whole(path, _image(header, arrays))
+        journal.begin(path, known)
 
 
-def append(path: Path, point: BranchPoint) -> None:
-    """Add a converged point.
+def append(points: Journal, point: BranchPoint) -> None:
+    """Keep a converged point; it cannot be lost once this returns.
 
     Raises:
         OutputError: if it cannot be written.
     """
-    size = sum(getattr(point, name).nbytes for name in _ARRAYS)
-    with _writing(path), _opened(path, size) as file:
-        group = file["points"].create_group(f"{len(file['points']):06d}")
-        for name in _ARRAYS:
-            group[name] = getattr(point, name)
-        for name in _SCALARS:
-            group.attrs[name] = getattr(point, name)
+    with _writing(points.folder):
+        points.append(point)
 
 
 def finish(path: Path, branch: Branch) -> None:
-    """Note why the branch ended, and what was found out about its points at the end.
+    """Put the points of a branch in the file, with the reason of its end.
 
     Raises:
-        OutputError: if it cannot be written.
+        OutputError: if it cannot be written; the points are still in the journal.
     """
-    final = {point.gamma_ratio: point for point in branch.points}
-    with _writing(path), h5py.File(path, "r+") as file:
-        file.attrs["reason"] = branch.reason
-        for group in file["points"].values():
-            point = final[float(group.attrs["gamma_ratio"])]
-            group.attrs["status"] = point.status
-            group.attrs["resonance"] = point.resonance
-            group.attrs["return_error"] = point.return_error
+    _fill(path, branch.points, reason=branch.reason)
+
+
+def gather(path: Path) -> None:
+    """Put what a run that was stopped left in its journal in the file.
+
+    Raises:
+        OutputError: if it cannot be written; the points are still in the journal.
+    """
+    if journal.folder_beside(path).exists():
+        _fill(path, read(path)[1])
 
 
 def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
-    """Header and the points that hold, by ascending energy.
+    """Header and the points that hold, by ascending energy, of any run, finished or not.
 
     Raises:
         OutputError: if the file cannot be read or is of another kind.
     """
     try:
+        unfinished = journal.read(path)  # first, as a run may be just finishing
         with h5py.File(path, "r") as file:
             if file.attrs.get("format") != FORMAT:
                 raise OutputError(f"{path}: is not a file of the format {FORMAT!r}")
-            points = [_point(group) for group in file["points"].values()]
+            points = [_point(group) for group in file["points"].values()] or unfinished
             latest = {point.gamma_ratio: point for point in points}
             return _header(file), tuple(latest[ratio] for ratio in sorted(latest))
     except OSError as error:
+        if isinstance(error, OutputError):
+            raise
         raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
+def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
+    """Replace the file by one with these points; the journal is not needed any more then."""
+    size = sum(getattr(point, name).nbytes for point in points for name in ARRAYS)
+    with _writing(path), replacing(path) as part:
+        shutil.copyfile(path, part)
+        with _opened(part, size + _OVERHEAD * len(points) + _ONCE) as file:
+            file.attrs.update(attributes)
+            del file["points"]
+            for number, point in enumerate(points):
+                group = file.create_group(f"points/{number:06d}")
+                for name in ARRAYS:
+                    group[name] = getattr(point, name)
+                for name in SCALARS:
+                    group.attrs[name] = getattr(point, name)
+            file.require_group("points")
+    shutil.rmtree(journal.folder_beside(path), ignore_errors=True)
 
 
 def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
@@ -153,7 +179,7 @@ def _opened(path: Path, size: int) -> h5py.File:
     HDF5 cuts off what it did not need.
     """
     with path.open("r+b") as file:
-        os.posix_fallocate(file.fileno(), path.stat().st_size, size + _OVERHEAD)
+        os.posix_fallocate(file.fileno(), path.stat().st_size, size)
     return h5py.File(path, "r+")
 
 
@@ -173,8 +199,8 @@ def _header(file: h5py.File) -> BranchHeader:
 
 
 def _point(group: h5py.Group) -> BranchPoint:
-    values: dict[str, Any] = {name: np.array(group[name]) for name in _ARRAYS}
-    for name in _SCALARS:
+    values: dict[str, Any] = {name: np.array(group[name]) for name in ARRAYS}
+    for name in SCALARS:
         value = group.attrs[name]
         values[name] = value.item() if isinstance(value, np.generic) else value
     return BranchPoint(**values)
@@ -190,6 +216,6 @@ class _writing:
         pass
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, OSError | RuntimeError):
+        if isinstance(error, OSError | RuntimeError) and not isinstance(error, OutputError):
             reason = getattr(error, "strerror", None) or error
             raise OutputError(f"{self._path}: cannot be written: {reason}") from error

@@ -145,7 +145,8 @@ def _tell(stopped: tuple[Stopped, ...]) -> None:
     for run in stopped:
         what = f"{run.points} points" if run.points else "a file that cannot be read"
         end = "that was stopped or killed" if run.gone else "on another machine, perhaps going on"
-        logger.warning("%s: has %s of a run %s; left as it is", run.path, what, end)
+        advice = "; --resume goes on from there" if run.gone and run.points else ""
+        logger.warning("%s: has %s of a run %s; left as it is%s", run.path, what, end, advice)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.levels import Guess, Level
+from fenics_nnm.nonlinear.levels import Level
 from fenics_nnm.nonlinear.newton import FixedFrequency, Newton, Solution, solve
 
 #: Largest number of frequencies tried for one energy.
@@ -91,8 +91,3 @@ class FrequencyLift:
             return None
         near = 1 / _FARTHEST < found.energies.gamma / gamma < _FARTHEST
         return found if near else None
-
-
-def guess_from(solution: Solution) -> Guess:
-    """Where to begin at another constraint."""
-    return Guess(solution.q, solution.omega, solution.forces.force)

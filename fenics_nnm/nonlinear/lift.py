@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.frequency_lift import FrequencyLift, guess_from
+from fenics_nnm.nonlinear.frequency_lift import FrequencyLift
 from fenics_nnm.nonlinear.levels import Guess, Level
 from fenics_nnm.nonlinear.newton import Newton, Solution
 from fenics_nnm.nonlinear.resonance import strongest_resonance
@@ -121,12 +121,15 @@ class Lift:
         slope = (beside.omega - coarse.omega) / ((_BESIDE - 1) * ratio * GRAZING_GAMMA)
         search = FrequencyLift(reduced, self.newton)
         near = search.near(ratio * GRAZING_GAMMA, coarse, slope)
-        for index in range(len(reduced) - 1, len(self.levels)):
+        at = len(reduced) - 1
+        for index in range(at, len(self.levels)):
             if near is None:
                 return alone
-            near, failure = self._solve(index, ratio, guess_from(near))
+            guess = Guess(self._moved(at, index, near.q), near.omega, near.forces.force)
+            near, _ = self._solve(index, ratio, guess)
+            at = index
         if near is None:
-            return replace(alone, failure=alone.failure or failure)
+            return alone
         share = self._share(self.levels[-1], near)
         return Stack(ratio, (*alone.solutions[:-1], near), share)
 

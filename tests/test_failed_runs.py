@@ -330,13 +330,14 @@ def test_branch_that_does_not_converge(
 ) -> None:
     """An incomplete branch is a result: all files are there, and the reason is on stderr."""
     study = study_file(
-        mesh={"elements": 8},
-        reduction={"modes": 4},
+        reduction={"method": "craig-bampton", "modes": 2},
+        augmented_lagrangian={"iterations": 1},
         continuation={"energies": {"to": 1.4, "step": 0.2}, "report_at": []},
     )
     ended = command("run", study, "--output", "out")
     assert ended.code == 1
     assert "fenics-nnm: incomplete: no point at gamma_ratio 1.2" in ended.err
+    assert "the multiplier loop stalled after 1 steps" in ended.err
     assert {path.name for path in (tmp_path / "out").iterdir()} == RESULTS
     _, points = branch_file.read(tmp_path / "out" / "branch.h5")
     assert_points(tmp_path / "out", len(points))

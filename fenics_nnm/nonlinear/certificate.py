@@ -13,6 +13,9 @@ from fenics_nnm.nonlinear.shooting import Shooting, shoot
 from fenics_nnm.nonlinear.stability import stability
 from fenics_nnm.reduction.model import ReducedModel
 
+#: Up to this part above grazing there is no contact.
+_AT_GRAZING = 1e-9
+
 #: No walks along a family: a point that is not near a true motion of its energy stays without one.
 _DIRECT = Shooting(steps=Steps(walk=0))
 
@@ -32,6 +35,8 @@ def certified(
 
 
 def _certified(flow: Flow, series: Series, point: BranchPoint) -> BranchPoint:
+    if point.gamma_ratio <= 1 + _AT_GRAZING:  # a linear mode
+        return replace(point, shot_frequency=point.frequency, largest_multiplier=1.0)
     shot = shoot(flow, series, point, options=_DIRECT)
     if not shot.converged:
         return point

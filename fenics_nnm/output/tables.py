@@ -28,6 +28,12 @@ COLUMNS = {
     "largest_multiplier": "largest_multiplier",
 }
 
+#: Errors below this are round-off, and printed as zero.
+_ROUND_OFF = {name: 1e-12 for name in ("reduction_residual", "reduction_error", "return_error")}
+
+#: Digits of what is known to fewer than ten.
+_DIGITS = {**dict.fromkeys(_ROUND_OFF, 4), "shot_frequency": 9, "largest_multiplier": 7}
+
 
 def write_backbone(path: Path, points: Iterable[BranchPoint]) -> None:
     """Write the frequency-energy curve, one row a point in the given order.
@@ -39,8 +45,8 @@ def write_backbone(path: Path, points: Iterable[BranchPoint]) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["point", *COLUMNS])
         for number, point in enumerate(points, start=1):
-            values = [getattr(point, source) for source in COLUMNS.values()]
-            writer.writerow([number, *(_printed(value) for value in values)])
+            values = [_printed(name, getattr(point, name)) for name in COLUMNS.values()]
+            writer.writerow([number, *values])
 
 
 def write_summary(path: Path, summary: dict[str, Any]) -> None:
@@ -52,5 +58,7 @@ def write_summary(path: Path, summary: dict[str, Any]) -> None:
     path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
 
 
-def _printed(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.10g}"
+def _printed(name: str, value: float | str) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{0.0 if abs(value) < _ROUND_OFF.get(name, 0) else value:.{_DIGITS.get(name, 10)}g}"

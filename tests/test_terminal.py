@@ -20,7 +20,7 @@ import fenics_nnm.run
 from fenics_nnm.cli import _result_table
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.verdict import STATUSES, UNRESOLVED
+from fenics_nnm.nonlinear.verdict import STATUSES, UNCHECKED, UNRESOLVED
 from fenics_nnm.run import RunResult
 from fenics_nnm.study import read_study
 
@@ -83,8 +83,9 @@ def test_unresolved_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> No
 
 
 def test_too_stiff_a_contact_has_no_percentage(caplog: pytest.LogCaptureFixture) -> None:
-    message = warned(caplog, replace(POINT, return_error=np.nan))
-    assert "the contact is too stiff for the check by time integration" in message
+    message = warned(caplog, replace(POINT, return_error=np.nan, status=UNCHECKED))
+    assert "1 of 1 points are unchecked" in message
+    assert "contact changes too often" in message
     assert "nan" not in message
 
 

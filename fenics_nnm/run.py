@@ -290,13 +290,17 @@ def _warn(branch: Branch) -> None:
 
 def _warn_unresolved(unresolved: list[BranchPoint], total: int) -> None:
     worst = max(unresolved, key=lambda point: point.return_error)
+    why = f"misses its start by {100 * worst.return_error:.0f} %"
+    shot = worst.shot_frequency / worst.frequency - 1
+    if not np.isnan(shot):
+        why += f", and the exact one of its energy is {100 * shot:+.1f} % away in frequency"
     logger.warning(
         "%d of %d points are unresolved: integrated in time over a period, the motion at "
-        "gamma_ratio %g misses its start by %.0f %%; raise mode.harmonics and mode.samples",
+        "gamma_ratio %g %s; raise mode.harmonics and mode.samples",
         len(unresolved),
         total,
         worst.gamma_ratio,
-        100 * worst.return_error,
+        why,
     )
 
 

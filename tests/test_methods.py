@@ -167,3 +167,19 @@ def test_full_order_with_mass_at_the_contact_points(
     assert few.frequency == pytest.approx(many.frequency, rel=1e-9)
     assert few.status == "unchecked"
     np.testing.assert_allclose(frame, same_frame, atol=1e-7 * np.abs(frame).max())
+
+
+def test_craig_bampton_finds_motions_through_nearby_frequencies(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """The levels below the finest have fewer modes than it."""
+    study = study_file(
+        mesh={"elements": 3},
+        body={"degree": 2},
+        reduction={"method": "craig-bampton", "modes": 4},
+        mode={"harmonics": 5},
+        continuation={"energies": {"to": 1.5}, "report_at": []},
+    )
+    ended = command("run", study, "--output", str(tmp_path / "out"))
+    assert "defect" not in ended.err
+    assert branch_file.read(tmp_path / "out" / "branch.h5")[1][-1].gamma_ratio > 1.4

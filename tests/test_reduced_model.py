@@ -89,5 +89,5 @@ def test_a_mode_that_does_not_reach_the_obstacle_is_named() -> None:
 
 def test_modes_that_span_the_contact_points_leave_no_flexibility() -> None:
     omega, Phi = np.array([1.0, 2.0]), np.array([[1.0, 1.0]])
-    with pytest.raises(ModelError, match=r"fewer reduction\.modes or fewer contact\.points"):
+    with pytest.raises(ModelError, match=r"fewer reduction\.modes or fewer contact points"):
         massless_model(omega, Phi, np.array([[1.25]]), np.array([1.0]))

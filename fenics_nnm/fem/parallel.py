@@ -24,7 +24,8 @@ def on_root(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
         try:
             outcome = (work(), None)
         except Exception as error:
-            outcome = (None, error)
+            comm.bcast((None, error), root=0)
+            raise  # with its own traceback
     result, failure = comm.bcast(outcome, root=0)
     if failure is not None:
         raise failure

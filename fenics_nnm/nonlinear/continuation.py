@@ -117,8 +117,8 @@ def follow(
         flexibility: Residual flexibility of the full model, in SI units, for a branch of full
             order; with multipliers the contact points carry mass.
         truncation: What the model leaves out, in SI units, for an error estimate of each point.
-        shooting: Whether to shoot for the true motion near each point, where the contact points
-            carry no mass.
+        shooting: Whether to shoot for the true motion near each point of a reduced model whose
+            contact points carry no mass.
         known: Points found before, in SI units; they are part of the branch as they are.
         on_point: Called with each converged point before the next one is begun; a later point at
             the same energy replaces the earlier one. The check of periodicity comes at the end.
@@ -144,6 +144,7 @@ def follow(
     march.second_look()
     found = [march.points[ratio] for ratio in sorted(march.points)]
     obeyed = contact_model(model, balance, full_order=flexibility is not None)
+    shooting = shooting and flexibility is None  # the flow is that of a reduced model
     points = judged(obeyed, balance.series, found, mode=mode, shooting=shooting)
     failures = tuple(sorted(march.failures.items()))
     return Branch(points, failures, _reason(continuation, points, failures))

@@ -25,6 +25,9 @@ STATUSES = (CONVERGED, RESONANT, UNCHECKED, UNRESOLVED)
 #: A motion that misses its start by more than this part of its amplitude is not resolved.
 _LARGEST_RETURN_ERROR = 1 / 3
 
+#: So is one whose true motion of the same energy has another frequency by more than this part.
+_LARGEST_SHOT_CHANGE = 0.01
+
 #: A motion with more than this share of its kinetic energy in one resonance is inside it.
 _SHARE = 0.025
 
@@ -69,8 +72,12 @@ def internal_resonance(model: ReducedModel, series: Series, point: BranchPoint, 
 def _judged(point: BranchPoint, error: float, resonance: str) -> BranchPoint:
     if np.isnan(error):
         status = UNCHECKED
-    elif error > _LARGEST_RETURN_ERROR:
+    elif error > _LARGEST_RETURN_ERROR or _shot_elsewhere(point):
         status = UNRESOLVED
     else:
         status = RESONANT if resonance else CONVERGED
     return replace(point, return_error=error, resonance=resonance, status=status)
+
+
+def _shot_elsewhere(point: BranchPoint) -> bool:
+    return abs(point.shot_frequency / point.frequency - 1) > _LARGEST_SHOT_CHANGE

@@ -36,8 +36,8 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
     lowest = float(np.linalg.eigvalsh(R)[0])
     if lowest <= 1e-12 * float(np.linalg.eigvalsh(S)[-1]):
         raise ModelError(
-            f"massless reduction: the residual flexibility has the eigenvalue {lowest:.3g} m/N: "
-            "must be positive; use fewer reduction.modes or fewer contact.points"
+            f"massless reduction: the residual flexibility has the eigenvalue {lowest:.3g} m/N, "
+            "which is zero to round-off: use fewer reduction.modes or fewer contact points"
         )
     return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)
 

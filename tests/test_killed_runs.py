@@ -218,6 +218,19 @@ def test_killed_before_its_first_point_leaves_nothing_for_long(
     assert {found.name for found in path.parent.iterdir()} == RESULTS
 
 
+@pytest.mark.parametrize("begun", [True, False])
+def test_killed_before_it_said_whose_its_folder_is(
+    begun: bool, study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    path = tmp_path / "out" / ".running-1"
+    path.mkdir(parents=True)
+    if begun:
+        (path / "owner.json.part").touch()
+    ended = command("run", study_file(), "--output", "out")
+    assert (ended.code, ended.err) == (0, "")
+    assert {found.name for found in path.parent.iterdir()} == RESULTS
+
+
 @pytest.fixture
 def owned(tmp_path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
     """A folder that this process has a lock on, and what it says about its owner."""

@@ -45,6 +45,7 @@ POINT = BranchPoint(
     status=UNRESOLVED,
     resonance="",
     skipped="",
+    event="",
     return_error=0.5,
     shot_frequency=float("nan"),
     largest_multiplier=float("nan"),

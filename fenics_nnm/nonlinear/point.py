@@ -46,6 +46,8 @@ class BranchPoint:
         resonance: Mode and harmonic of an internal resonance, or nothing.
         skipped: Mode and harmonic of an internal resonance that hid the main branch at this
             place, and was left; or nothing.
+        event: What the branch does there, found by its length: "fold in gamma", "fold in omega",
+            "branch point", or nothing.
         return_error: Distance of the state after one period of time integration from its start,
             relative in the energy norm; nan before it is known.
         shot_frequency: Frequency in Hz of the periodic motion of the same energy that shooting
@@ -76,6 +78,7 @@ class BranchPoint:
     status: str
     resonance: str
     skipped: str
+    event: str
     return_error: float
     shot_frequency: float
     largest_multiplier: float
@@ -99,7 +102,13 @@ class PointMaker:
     error: Callable[[Solution], ReductionError]
 
     def point(
-        self, position: float, gamma_ratio: float, solution: Solution, *, skipped: str = ""
+        self,
+        position: float,
+        gamma_ratio: float,
+        solution: Solution,
+        *,
+        skipped: str = "",
+        event: str = "",
     ) -> BranchPoint:
         """The point that belongs to a converged solution.
 
@@ -108,6 +117,7 @@ class PointMaker:
             gamma_ratio: Gamma ratio, as it was asked for.
             solution: Solution of the finest level.
             skipped: Internal resonance that was left for it.
+            event: What the branch does there.
         """
         energies, error = solution.energies, self.error(solution)
         hertz = self.scales.omega / (2 * np.pi)
@@ -130,6 +140,7 @@ class PointMaker:
             status="unchecked",
             resonance="",
             skipped=skipped,
+            event=event,
             return_error=float("nan"),
             shot_frequency=float("nan"),
             largest_multiplier=float("nan"),

@@ -210,8 +210,8 @@ class _Recorder:
             series=mode.series,
             model=model,
         )
-        wanted, stored = wanted_motions(self.study), self.stored
-        known = known_points(stored, model, wanted.start, wanted.stop) if stored else ()
+        stored = self.stored
+        known = known_points(stored, model, wanted_motions(self.study)) if stored else ()
         branch_file.create(self.staging.branch, header, arrays, known)
         return known
 
@@ -241,6 +241,11 @@ class _Recorder:
             "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
             "points": len(branch.points),
             "statuses": dict(Counter(point.status for point in branch.points)),
+            "events": [
+                {"kind": p.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
+                for p in branch.points
+                if p.event
+            ],
             "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
             "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,

@@ -8,18 +8,25 @@ from dataclasses import dataclass, field, replace
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.arc_length import Problem
+from fenics_nnm.nonlinear.branch_switching import switched
+from fenics_nnm.nonlinear.events import branch_point_at
 from fenics_nnm.nonlinear.full_order import Equations, FullOrderEquations
+from fenics_nnm.nonlinear.harmonic_copy import linear_motion
 from fenics_nnm.nonlinear.levels import Level
 from fenics_nnm.nonlinear.lift import GRAZING_GAMMA, Lift
 from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, Unknowns
 from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
-from fenics_nnm.nonlinear.targets import ArcContinuation
+from fenics_nnm.nonlinear.step_test import Continuity
+from fenics_nnm.nonlinear.targets import ArcContinuation, Begin
 from fenics_nnm.nonlinear.trace import Trace, trace
 from fenics_nnm.nonlinear.trace_options import Heading, Range
 from fenics_nnm.reduction.flexibility import ACCURACY
 
 #: A gamma ratio this near to a wanted one, relative, was aimed at it.
 _SAME = 1e-9
+
+#: What the reason of a trace says that has left the range of energies.
+_LEFT = "leaves its range"
 
 
 @dataclass(slots=True)
@@ -62,6 +69,9 @@ class ArcMarch:
             on_progress: Called with the gamma ratio of each point.
         """
         self.points = sorted(known, key=lambda point: point.position)
+        if len(self.points) > 1 and self._at_end(self.points[-1].gamma_ratio):
+            self._end(_LEFT)
+            return
         problem = arc_problem(self.lift.levels[-1], self.wanted.arc.newton)
         start = self._goes_on(problem) if len(self.points) > 1 else self._beginning(problem)
         if start is None:
@@ -72,21 +82,35 @@ class ArcMarch:
         begun = self.points[-1].position
         path = self._trace(problem, solution, heading)
         for point in path:
+            if point.length <= _SAME and not point.event:
+                continue  # the beginning is there already
             kind = str(point.event.kind) if point.event else ""
             self._keep(point.solution, begun + point.length, kind)
             on_progress(self.points[-1].gamma_ratio)
         self._end(path.reason)
 
+    def _at_end(self, ratio: float) -> bool:
+        return any(abs(ratio - end) <= _SAME * end for end in (self.wanted.start, self.wanted.stop))
+
     def _trace(self, problem: Problem, start: Solution, heading: Heading | Unknowns) -> Trace:
-        low, high = self.wanted.start * GRAZING_GAMMA, self.wanted.stop * GRAZING_GAMMA
-        inside = tuple(ratio * GRAZING_GAMMA for ratio in self.wanted.targets())
+        low, high = (
+            self.wanted.start * (1 - _SAME) * self._grazing,
+            self.wanted.stop * self._grazing,
+        )
+        inside = tuple(ratio * self._grazing for ratio in self.wanted.targets())
         return trace(
             problem,
             start,
             heading,
             options=self.wanted.arc,
             gamma=Range(low, high, inside),
+            accept=Continuity(grazing_gamma=self._grazing),
         )
+
+    @property
+    def _grazing(self) -> float:
+        """Gamma of the linear mode that touches, in the harmonic that it is written in."""
+        return GRAZING_GAMMA * self.wanted.harmonic**2
 
     def _goes_on(self, problem: Problem) -> tuple[Solution, Unknowns]:
         """The last point, and the way that led there."""
@@ -99,21 +123,43 @@ class ArcMarch:
 
     def _beginning(self, problem: Problem) -> tuple[Solution, Heading | Unknowns] | None:
         """Where the branch begins, and which way it goes; None if there is no motion."""
-        wanted = self.wanted
-        if wanted.begin is not None:
-            heading = Heading.GAMMA_DOWN if wanted.downwards else Heading.GAMMA_UP
-            found = self._at_energy_of(problem, self.maker.solution(wanted.begin))
-            return (found, heading) if self._held(found) else None
-        stack = self.lift.at(wanted.start, None)
+        if self.wanted.begin is not None:
+            return self._from_known(problem, self.wanted.begin)
+        if self.wanted.start < 1:
+            equations = self.lift.levels[-1].equations
+            amplitude = self.wanted.start**0.5
+            linear = linear_motion(
+                equations, self.lift.mode, harmonic=self.wanted.harmonic, amplitude=amplitude
+            )
+            way = Unknowns(_stacked(problem, linear), 0.0)  # a linear mode grows as it is
+            return self._at_energy_of(problem, linear), way
+        stack = self.lift.at(self.wanted.start, None)
         if stack.finest is None:
             self._end(stack.failure)
             return None
         found = self._at_energy_of(problem, stack.finest)
+        return (found, Heading.GAMMA_UP) if self._held(found) else None
+
+    def _from_known(
+        self, problem: Problem, begin: Begin
+    ) -> tuple[Solution, Heading | Unknowns] | None:
+        """A known motion, or the one beside it on the branch that crosses there."""
+        found = self._at_energy_of(problem, self.maker.solution(begin.point))
         if not self._held(found):
             return None
-        if found.forces.force.any():
-            return found, Heading.GAMMA_UP
-        return found, Unknowns(found.q, 0.0)  # a linear mode grows as it is
+        if begin.along is None:
+            return found, Heading.GAMMA_DOWN if begin.downwards else Heading.GAMMA_UP
+        before, after = (self.maker.solution(point) for point in begin.along)
+        along = Unknowns(
+            _stacked(problem, after) - _stacked(problem, before), after.omega - before.omega
+        )
+        event = branch_point_at(problem, found, along)
+        first, second = switched(problem, event)
+        side = second if begin.downwards else first
+        if side is None:
+            self._end("no motion was found on this side of the branch point")
+            return None
+        return side.solution, side.metric.unscaled(side.tangent)
 
     def _held(self, found: Solution) -> bool:
         if not found.converged:
@@ -126,7 +172,7 @@ class ArcMarch:
         return problem.solve(FixedEnergy(near.energies.gamma), guess)
 
     def _keep(self, solution: Solution, position: float, event: str = "") -> None:
-        ratio = solution.energies.gamma / GRAZING_GAMMA
+        ratio = solution.energies.gamma / self._grazing
         aimed = [to for to in self.wanted.targets() if abs(ratio - to) <= _SAME * to]
         modes = self.maker.equations.model.modes
         whole = replace(solution, q=solution.q[:, :modes])
@@ -136,7 +182,7 @@ class ArcMarch:
 
     def _end(self, reason: str) -> None:
         """Say why the branch ended, from the reason of the trace."""
-        if "leaves its range" not in reason:
+        if _LEFT not in reason:
             self.failure = self.reason = reason
             return
         ratio = self.points[-1].gamma_ratio

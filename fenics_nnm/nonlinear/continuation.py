@@ -85,10 +85,11 @@ def follow(
     lift = Lift(levels(scaled, balance, mode=mode, flexibility=beyond), mode, continuation.newton)
     finest = lift.levels[-1].equations
     error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
-    maker = PointMaker(finest, scales, error)
+    harmonic = continuation.harmonic if isinstance(continuation, ArcContinuation) else 1
+    maker = PointMaker(finest, scales, error, harmonic)
     found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
-    points = judged(obeyed, balance.series, found, mode=mode, shooting=shooting)
+    points = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
     return Branch(points, failures, reason)
 
 

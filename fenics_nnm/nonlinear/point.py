@@ -27,7 +27,7 @@ class BranchPoint:
             gamma ratio, the frequency ratio, or the length of the arc from the first point.
         gamma_ratio: Modal energy coordinate over its value at grazing.
         frequency: Physical frequency in Hz.
-        frequency_ratio: Frequency over that of the linear mode.
+        frequency_ratio: Frequency over that of the linear mode, times the harmonic it began in.
         rayleigh_frequency: sqrt(r) / 2 pi in Hz, the paper's quantity; it is not the frequency
             once there is a gap.
         energy: Total energy in J.
@@ -95,11 +95,13 @@ class PointMaker:
         equations: Equations of the finest level, dimensionless.
         scales: Units of the dimensionless model.
         error: From a solution to the error of the reduction.
+        harmonic: Harmonic that the followed mode is written in.
     """
 
     equations: HarmonicEquations
     scales: Scales
     error: Callable[[Solution], ReductionError]
+    harmonic: int = 1
 
     def point(
         self,
@@ -126,7 +128,7 @@ class PointMaker:
             position=position,
             gamma_ratio=gamma_ratio,
             frequency=solution.omega * hertz,
-            frequency_ratio=solution.omega,
+            frequency_ratio=solution.omega * self.harmonic,
             rayleigh_frequency=float(np.sqrt(energies.rayleigh_quotient)) * hertz,
             energy=energies.total(solution.omega) * self.scales.energy,
             residual=solution.residual,

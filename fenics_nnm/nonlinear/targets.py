@@ -93,6 +93,22 @@ class FrequencyContinuation:
 
 
 @dataclass(frozen=True, slots=True)
+class Begin:
+    """A known motion that a branch begins at.
+
+    Attributes:
+        point: Motion, of the model and in the series of the branch.
+        along: Its neighbours on the branch that is known, where the other branch that crosses
+            it there is wanted; else None.
+        downwards: Whether to set out towards lower energies, or to the second side of a crossing.
+    """
+
+    point: BranchPoint
+    along: tuple[BranchPoint, BranchPoint] | None = None
+    downwards: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class ArcContinuation:
     """A branch that is followed by its length, through folds and internal resonances.
 
@@ -102,8 +118,10 @@ class ArcContinuation:
         step: Energies this far apart are hit at each passing; only `report_at` if None.
         report_at: Gamma ratios that are hit at each passing.
         arc: Steps along the branch.
-        begin: Motion to begin at, of this model and series, or None for the linear mode.
-        downwards: Whether to set out towards lower energies from there.
+        harmonic: Harmonic k that the linear mode is written in at first: subharmonic branches
+            are those of k > 1. The gamma ratio is then over k^2 times the gamma of grazing, and
+            frequencies are over that of the mode divided by k.
+        begin: Motion to begin at, or None for the linear mode.
         newton: Newton's configuration for the motion to begin at.
     """
 
@@ -112,8 +130,8 @@ class ArcContinuation:
     step: float | None = None
     report_at: tuple[float, ...] = ()
     arc: ArcLength = field(default_factory=ArcLength)
-    begin: BranchPoint | None = None
-    downwards: bool = False
+    harmonic: int = 1
+    begin: Begin | None = None
     newton: Newton = field(default_factory=lambda: _NEWTON)
 
     def __post_init__(self) -> None:

@@ -35,6 +35,7 @@ def judged(
     points: Sequence[BranchPoint],
     *,
     mode: int,
+    harmonic: int = 1,
     shooting: bool,
 ) -> tuple[BranchPoint, ...]:
     """The points with return errors, internal resonances, statuses and shot motions.
@@ -47,6 +48,7 @@ def judged(
         series: Series that the points are written in.
         points: Points of a branch of this model.
         mode: Index of the followed mode.
+        harmonic: Harmonic that it is written in.
         shooting: Whether to shoot for the true motion near each point.
     """
     errors: Array = np.full(len(points), np.nan)
@@ -54,15 +56,17 @@ def judged(
         errors = return_errors(model, series, points)
         points = certified(model, series, points) if shooting else points
     return tuple(
-        _judged(point, float(error), internal_resonance(model, series, point, mode))
+        _judged(point, float(error), internal_resonance(model, series, point, mode, harmonic))
         for point, error in zip(points, errors, strict=True)
     )
 
 
-def internal_resonance(model: ReducedModel, series: Series, point: BranchPoint, mode: int) -> str:
+def internal_resonance(
+    model: ReducedModel, series: Series, point: BranchPoint, mode: int, harmonic: int = 1
+) -> str:
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
     omega = 2 * np.pi * point.frequency
-    found = strongest_resonance(model.omega, series, point.q, omega, mode=mode)
+    found = strongest_resonance(model.omega, series, point.q, omega, mode=mode, harmonic=harmonic)
     return str(found) if found.share > INSIDE else ""
 
 

@@ -34,6 +34,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import journal
 from fenics_nnm.output.durable import replacing, write_whole
@@ -67,6 +68,12 @@ class BranchHeader:
     samples: int
     series: str
     model: ReducedModel
+
+    @property
+    def time_series(self) -> Series:
+        """Series in time that the points are written in."""
+        kind = FourierSeries if self.series == "general" else CosineSeries
+        return kind(self.harmonics, self.samples)
 
 
 def create(

@@ -151,6 +151,7 @@ def _located(
         return fraction, Event(kind, at, tolerance, jumps)
     at = replace(at, tangent=_tangent(segment, fraction))
     values, kernel = _kernel(problem, at)
+    kernel = np.empty((0, at.tangent.size)) if jumps else kernel
     return fraction, Event(kind, at, tolerance, jumps, values, kernel)
 
 

@@ -12,7 +12,7 @@ from fenics_nnm.nonlinear.certificate import certified
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.periodicity import return_errors
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.resonance import strongest_resonance
+from fenics_nnm.nonlinear.resonance import INSIDE, strongest_resonance
 from fenics_nnm.reduction.model import ReducedModel
 
 #: Status of a point, from the best to the worst.
@@ -28,9 +28,6 @@ _LARGEST_RETURN_ERROR = 1 / 3
 #: So is one whose true motion of the same energy has another frequency by more than this part.
 _LARGEST_SHOT_CHANGE = 0.01
 
-#: A motion with more than this share of its kinetic energy in one resonance is inside it.
-_SHARE = 0.025
-
 
 def judged(
     model: ReducedModel,
@@ -38,6 +35,7 @@ def judged(
     points: Sequence[BranchPoint],
     *,
     mode: int,
+    harmonic: int = 1,
     shooting: bool,
 ) -> tuple[BranchPoint, ...]:
     """The points with return errors, internal resonances, statuses and shot motions.
@@ -50,6 +48,7 @@ def judged(
         series: Series that the points are written in.
         points: Points of a branch of this model.
         mode: Index of the followed mode.
+        harmonic: Harmonic that it is written in.
         shooting: Whether to shoot for the true motion near each point.
     """
     errors: Array = np.full(len(points), np.nan)
@@ -57,16 +56,18 @@ def judged(
         errors = return_errors(model, series, points)
         points = certified(model, series, points) if shooting else points
     return tuple(
-        _judged(point, float(error), internal_resonance(model, series, point, mode))
+        _judged(point, float(error), internal_resonance(model, series, point, mode, harmonic))
         for point, error in zip(points, errors, strict=True)
     )
 
 
-def internal_resonance(model: ReducedModel, series: Series, point: BranchPoint, mode: int) -> str:
+def internal_resonance(
+    model: ReducedModel, series: Series, point: BranchPoint, mode: int, harmonic: int = 1
+) -> str:
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
     omega = 2 * np.pi * point.frequency
-    found = strongest_resonance(model.omega, series, point.q, omega, mode=mode)
-    return str(found) if found.share > _SHARE else ""
+    found = strongest_resonance(model.omega, series, point.q, omega, mode=mode, harmonic=harmonic)
+    return str(found) if found.share > INSIDE else ""
 
 
 def _judged(point: BranchPoint, error: float, resonance: str) -> BranchPoint:

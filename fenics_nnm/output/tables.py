@@ -26,6 +26,9 @@ COLUMNS = {
     "return_error": "return_error",
     "shot_frequency_Hz": "shot_frequency",
     "largest_multiplier": "largest_multiplier",
+    "resonance": "resonance",
+    "skipped": "skipped",
+    "event": "event",
 }
 
 #: Errors below this are round-off, and printed as zero.

@@ -21,6 +21,7 @@ from fenics_nnm.nonlinear.reduction_error import (
     ReductionError,
     reduction_error,
 )
+from fenics_nnm.nonlinear.series_error import series_error
 from fenics_nnm.nonlinear.verdict import judged
 from fenics_nnm.reduction.model import ReducedModel, Scales
 from fenics_nnm.reduction.truncation import Truncation
@@ -134,7 +135,7 @@ def follow(
     lift = Lift(levels(scaled, balance, mode=mode, flexibility=beyond), mode, continuation.newton)
     finest = lift.levels[-1].equations
     error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
-    maker = PointMaker(finest, scales, error)
+    maker = PointMaker(finest, scales, error, lambda solution: series_error(finest, solution))
     march = _March(lift, maker, continuation, on_point)
     march.take_over(known)
     for target in continuation.targets():

@@ -19,7 +19,13 @@ from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
-from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
+from fenics_nnm.nonlinear.continuation import (
+    Branch,
+    Continuation,
+    EnergyContinuation,
+    FrequencyContinuation,
+    follow,
+)
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -101,7 +107,7 @@ def nonlinear_mode(
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     stages: Stages | None = None,
 ) -> Branch:
-    """Follow the nonlinear mode of a study over its energies.
+    """Follow the nonlinear mode of a study.
 
     Args:
         study: Study.
@@ -112,17 +118,12 @@ def nonlinear_mode(
         stages: Told how far the branch is.
     """
     stages = stages or Stages()
-    energies = study.continuation.energies
-    span = energies.stop - energies.start
+    wanted = wanted_motions(study)
+    span = wanted.stop - wanted.start
     with stages.stage("backbone"):
         return follow(
             analysis.model,
-            EnergyContinuation(
-                start=energies.start,
-                stop=energies.stop,
-                step=energies.step,
-                report_at=study.continuation.report_at,
-            ),
+            wanted,
             harmonic_balance(study),
             mode=study.mode.number - 1,
             flexibility=flexibility,
@@ -130,8 +131,20 @@ def nonlinear_mode(
             shooting=study.continuation.shooting,
             known=known,
             on_point=on_point,
-            on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
+            on_progress=lambda place: stages.report((place - wanted.start) / span),
         )
+
+
+def wanted_motions(study: Study) -> Continuation:
+    """Energies, or frequencies, that a study visits."""
+    chosen = study.continuation
+    if chosen.frequencies:
+        over = chosen.frequencies
+        return FrequencyContinuation(over.start, over.stop, over.step, report_at=chosen.report_at)
+    over_energy = chosen.energies
+    return EnergyContinuation(
+        over_energy.start, over_energy.stop, over_energy.step, report_at=chosen.report_at
+    )
 
 
 def harmonic_balance(study: Study) -> HarmonicBalance:

@@ -21,8 +21,9 @@ from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.study import Study, study_from
 from fenics_nnm.study_messages import shown
 
-#: Keys of a study that may differ: they say which points are wanted and what is written of them.
-_FREE = ("title", "continuation", "output")
+#: Keys that matter in sections that may differ: what is stepped is the position of a point. The
+#: other keys there say which points are wanted and what is written of them.
+_MATTER: dict[str, tuple[str, ...]] = {"title": (), "continuation": ("parameter",), "output": ()}
 
 #: Largest difference of two reduced models that are the same, relative to the largest entry.
 _SAME_MODEL = 1e-6
@@ -116,15 +117,15 @@ def difference(stored: str, wanted: str) -> str:
 def known_points(
     run: StoredRun, model: ReducedModel, start: float, stop: float
 ) -> tuple[BranchPoint, ...]:
-    """Stored points in a range of energies, in the modal coordinates of a model.
+    """Stored points in a range of places, in the modal coordinates of a model.
 
     Modes are known up to their sign, so the columns of q take the signs of this model's modes.
 
     Args:
         run: Run to go on from.
         model: Model that the motions obey now (`model_in_contact`).
-        start: First gamma ratio.
-        stop: Last gamma ratio.
+        start: First place along the branch: gamma ratio, or frequency ratio.
+        stop: Last place.
 
     Raises:
         StudyError: if the stored model is another one.
@@ -137,18 +138,18 @@ def known_points(
         )
     signs = _signs(run.header.model, model)
     low, high = start * (1 - _SAME_RATIO), stop * (1 + _SAME_RATIO)
-    inside = [point for point in run.points if low <= point.gamma_ratio <= high]
+    inside = [point for point in run.points if low <= point.position <= high]
     return tuple(replace(point, q=point.q * signs) for point in inside)
 
 
 def remove_taken_over(stopped: tuple[Stopped, ...], text: str, branch: Branch) -> None:
-    """Remove what stopped runs of a study left, where all their energies are in a new branch."""
-    ratios = {point.gamma_ratio for point in branch.points}
+    """Remove what stopped runs of a study left, where all their places are in a new branch."""
+    places = {point.position for point in branch.points}
     for run in stopped:
         if not (run.gone and run.points):
             continue
         header, points = branch_file.read(run.path / "branch.h5")
-        taken = all(point.gamma_ratio in ratios for point in points)
+        taken = all(point.position in places for point in points)
         if taken and not difference(header.study, text):
             remove(run.path)
 
@@ -160,10 +161,8 @@ def _study(text: str) -> Study:
 def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     """Keys and values that the points depend on."""
     for section, values in study.model_dump(by_alias=True).items():
-        if section in _FREE or values is None:
-            continue
-        for key, value in values.items():
-            yield f"{section}.{key}", value
+        for key in _MATTER.get(section, values or ()):
+            yield f"{section}.{key}", values[key]
 
 
 def _value(value: Any) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import platform
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,12 @@ import slepc4py
 from mpi4py import MPI
 
 import fenics_nnm
-from fenics_nnm.analysis import linear_analysis, model_in_contact, nonlinear_mode
+from fenics_nnm.analysis import (
+    linear_analysis,
+    model_in_contact,
+    nonlinear_mode,
+    wanted_motions,
+)
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -205,9 +210,8 @@ class _Recorder:
             series=mode.series,
             model=model,
         )
-        energies = self.study.continuation.energies
-        stored = self.stored
-        known = known_points(stored, model, energies.start, energies.stop) if stored else ()
+        wanted, stored = wanted_motions(self.study), self.stored
+        known = known_points(stored, model, wanted.start, wanted.stop) if stored else ()
         branch_file.create(self.staging.branch, header, arrays, known)
         return known
 
@@ -237,7 +241,7 @@ class _Recorder:
             "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
             "points": len(branch.points),
             "statuses": dict(Counter(point.status for point in branch.points)),
-            "resonances": sorted({point.resonance for point in branch.points if point.resonance}),
+            "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
             "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,
             "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],

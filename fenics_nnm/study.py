@@ -81,6 +81,15 @@ class _AnyStudy(Record):
         return self
 
     @model_validator(mode="after")
+    def _parameter_fits_contact(self) -> _AnyStudy:
+        if self.carries_mass and self.continuation.parameter == "frequency":
+            raise ValueError(
+                'continuation.parameter = "frequency": needs contact points without mass: with '
+                'contact.law = "augmented-lagrangian" must be "energy"'
+            )
+        return self
+
+    @model_validator(mode="after")
     def _mode_is_kept(self) -> _AnyStudy:
         if self.mode.number > self.reduction.modes:
             raise ValueError(

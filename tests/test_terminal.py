@@ -28,6 +28,7 @@ StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
 
 POINT = BranchPoint(
+    position=1.0625,
     gamma_ratio=1.0625,
     frequency=123456.789,
     frequency_ratio=1.123456,
@@ -43,6 +44,7 @@ POINT = BranchPoint(
     iterations=3,
     status=UNRESOLVED,
     resonance="",
+    skipped="",
     return_error=0.5,
     shot_frequency=float("nan"),
     largest_multiplier=float("nan"),

@@ -7,7 +7,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import ContactForces
 from fenics_nnm.nonlinear.mode import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Unknowns, bordered_jacobian
+from fenics_nnm.nonlinear.newton import FixedEnergy, Unknowns, bordered_jacobian, phase_row
 
 
 def linear_step(
@@ -29,8 +29,8 @@ def linear_step(
     """
     q, omega = at.q, at.omega
     gamma = equations.gamma(q, omega)
-    pinned = int(np.argmax(np.abs(q[1])))
-    matrix = bordered_jacobian(equations, FixedEnergy(gamma), at, forces, pinned)
+    phase = phase_row(equations, q)
+    matrix = bordered_jacobian(equations, FixedEnergy(gamma), at, forces, phase)
     right = np.append((left_out / equations.row_scale(omega)).ravel(), gamma_left_out / gamma)
     if equations.series.free_phase:
         right = np.append(right, 0.0)

@@ -24,6 +24,8 @@ class BranchPoint:
     """A periodic motion of the branch.
 
     Attributes:
+        position: Place along the branch, by which points are ordered: what is stepped, so the
+            gamma ratio, the frequency ratio, or the length of the arc from the first point.
         gamma_ratio: Modal energy coordinate over its value at grazing.
         frequency: Physical frequency in Hz.
         frequency_ratio: Frequency over that of the linear mode.
@@ -43,6 +45,8 @@ class BranchPoint:
         status: What may be believed: all points solve the discrete equations; `nonlinear.verdict`
             tells "converged", "inside resonance", "unresolved" and "unchecked" apart.
         resonance: Mode and harmonic of an internal resonance, or nothing.
+        skipped: Mode and harmonic of an internal resonance that hid the main branch at this
+            place, and was left; or nothing.
         return_error: Distance of the state after one period of time integration from its start,
             relative in the energy norm; nan before it is known.
         shot_frequency: Frequency in Hz of the periodic motion of the same energy that shooting
@@ -61,6 +65,7 @@ class BranchPoint:
             (2 N + 1, n_c): they move by this less R lambda.
     """
 
+    position: float
     gamma_ratio: float
     frequency: float
     frequency_ratio: float
@@ -76,6 +81,7 @@ class BranchPoint:
     iterations: int
     status: str
     resonance: str
+    skipped: str
     return_error: float
     shot_frequency: float
     largest_multiplier: float
@@ -103,13 +109,23 @@ class PointMaker:
     error: Callable[[Solution], ReductionError]
     series_error: Callable[[Solution], SeriesError]
 
-    def point(self, gamma_ratio: float, solution: Solution) -> BranchPoint:
-        """The point that belongs to a converged solution."""
+    def point(
+        self, position: float, gamma_ratio: float, solution: Solution, *, skipped: str = ""
+    ) -> BranchPoint:
+        """The point that belongs to a converged solution.
+
+        Args:
+            position: Place along the branch.
+            gamma_ratio: Gamma ratio, as it was asked for.
+            solution: Solution of the finest level.
+            skipped: Internal resonance that was left for it.
+        """
         energies, error = solution.energies, self.error(solution)
         series = self.series_error(solution)
         hertz = self.scales.omega / (2 * np.pi)
         in_contact = (solution.forces.force > 0).any(axis=1)
         return BranchPoint(
+            position=position,
             gamma_ratio=gamma_ratio,
             frequency=solution.omega * hertz,
             frequency_ratio=solution.omega,
@@ -125,6 +141,7 @@ class PointMaker:
             iterations=solution.iterations,
             status="unchecked",
             resonance="",
+            skipped=skipped,
             return_error=float("nan"),
             shot_frequency=float("nan"),
             largest_multiplier=float("nan"),

@@ -12,7 +12,7 @@ from fenics_nnm.nonlinear.certificate import certified
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.periodicity import return_errors
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.resonance import strongest_resonance
+from fenics_nnm.nonlinear.resonance import INSIDE, strongest_resonance
 from fenics_nnm.reduction.model import ReducedModel
 
 #: Status of a point, from the best to the worst.
@@ -27,9 +27,6 @@ _LARGEST_RETURN_ERROR = 1 / 3
 
 #: So is one whose true motion of the same energy has another frequency by more than this part.
 _LARGEST_SHOT_CHANGE = 0.01
-
-#: A motion with more than this share of its kinetic energy in one resonance is inside it.
-_SHARE = 0.025
 
 
 def judged(
@@ -66,7 +63,7 @@ def internal_resonance(model: ReducedModel, series: Series, point: BranchPoint, 
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
     omega = 2 * np.pi * point.frequency
     found = strongest_resonance(model.omega, series, point.q, omega, mode=mode)
-    return str(found) if found.share > _SHARE else ""
+    return str(found) if found.share > INSIDE else ""
 
 
 def _judged(point: BranchPoint, error: float, resonance: str) -> BranchPoint:

@@ -11,7 +11,7 @@ Layout (SI units):
                          shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
                          matrices: u = shapes^T q - residual_shapes^T lambda
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
-                         attributes: scalars of the point; by ascending energy
+                         attributes: scalars of the point; by position
 
 The file of a finished run has all of this. While a run goes on, and after it was killed, points
 are in the folder `branch.points` beside it (see `journal`), and `read` looks there. In the end it
@@ -40,7 +40,7 @@ from fenics_nnm.output.durable import replacing, write_whole
 from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
 
-FORMAT = "fenics_nnm branch 2"
+FORMAT = "fenics_nnm branch 3"
 
 #: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
 _OVERHEAD, _ONCE = 8192, 32768
@@ -118,7 +118,7 @@ def gather(path: Path) -> None:
 
 
 def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
-    """Header and the points that hold, by ascending energy, of any run, finished or not.
+    """Header and the points that hold, by position, of any run, finished or not.
 
     Raises:
         OutputError: if the file cannot be read or is of another kind.
@@ -129,8 +129,8 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
             if file.attrs.get("format") != FORMAT:
                 raise OutputError(f"{path}: is not a file of the format {FORMAT!r}")
             points = [_point(group) for group in file["points"].values()] or unfinished
-            latest = {point.gamma_ratio: point for point in points}
-            return _header(file), tuple(latest[ratio] for ratio in sorted(latest))
+            latest = {point.position: point for point in points}
+            return _header(file), tuple(latest[place] for place in sorted(latest))
     except OSError as error:
         if isinstance(error, OutputError):
             raise

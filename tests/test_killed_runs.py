@@ -72,7 +72,7 @@ def watch(event, arguments):
 
 def point(ratio, value):
     scalars = {name: value for name in journal.SCALARS}
-    scalars.update(gamma_ratio=ratio, status="unchecked", resonance="", iterations=1)
+    scalars.update(gamma_ratio=ratio, status="converged", reason="", resonance="", iterations=1)
     return BranchPoint(**scalars, **{name: np.full((3, 2), value) for name in journal.ARRAYS})
 
 def whole_run(folder):

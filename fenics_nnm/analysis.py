@@ -6,6 +6,7 @@ Every step is one function call whose result is a frozen record.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from mpi4py import MPI
@@ -19,10 +20,18 @@ from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
-from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
+from fenics_nnm.nonlinear.continuation import (
+    ArcContinuation,
+    Branch,
+    Continuation,
+    EnergyContinuation,
+    FrequencyContinuation,
+    follow,
+)
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.nonlinear.trace_options import ArcLength, Predictor
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
@@ -30,7 +39,9 @@ from fenics_nnm.reduction.matrix_files import read_matrix
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.start import beginning
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
+from fenics_nnm.study_continuation import ArcLengthSection
 from fenics_nnm.study_sections import MeshFile
 
 
@@ -101,7 +112,7 @@ def nonlinear_mode(
     on_point: Callable[[BranchPoint], None] = lambda point: None,
     stages: Stages | None = None,
 ) -> Branch:
-    """Follow the nonlinear mode of a study over its energies.
+    """Follow the nonlinear mode of a study.
 
     Args:
         study: Study.
@@ -112,17 +123,12 @@ def nonlinear_mode(
         stages: Told how far the branch is.
     """
     stages = stages or Stages()
-    energies = study.continuation.energies
-    span = energies.stop - energies.start
+    wanted = _with_beginning(wanted_motions(study), study, analysis)
+    span = wanted.stop - wanted.start
     with stages.stage("backbone"):
         return follow(
             analysis.model,
-            EnergyContinuation(
-                start=energies.start,
-                stop=energies.stop,
-                step=energies.step,
-                report_at=study.continuation.report_at,
-            ),
+            wanted,
             harmonic_balance(study),
             mode=study.mode.number - 1,
             flexibility=flexibility,
@@ -130,8 +136,44 @@ def nonlinear_mode(
             shooting=study.continuation.shooting,
             known=known,
             on_point=on_point,
-            on_progress=lambda ratio: stages.report((ratio - energies.start) / span),
+            on_progress=lambda place: stages.report((place - wanted.start) / span),
         )
+
+
+def wanted_motions(study: Study) -> Continuation:
+    """Energies or frequencies that a study visits, or the range that it follows a branch in.
+
+    The motion that a branch begins at is not read from its file yet.
+    """
+    chosen = study.continuation
+    if chosen.frequencies:
+        over = chosen.frequencies
+        return FrequencyContinuation(over.start, over.stop, over.step, report_at=chosen.report_at)
+    energies = chosen.energies
+    if not chosen.by_arc:
+        return EnergyContinuation(
+            energies.start, energies.stop, energies.step, report_at=chosen.report_at
+        )
+    steps = chosen.arc_length or ArcLengthSection()
+    predictor = Predictor(steps.predictor)
+    return ArcContinuation(
+        energies.start,
+        energies.stop,
+        energies.step if chosen.parameter == "energy" else None,
+        report_at=chosen.report_at,
+        arc=ArcLength(**{**steps.model_dump(), "predictor": predictor}),
+        harmonic=study.mode.harmonic,
+    )
+
+
+def _with_beginning(
+    wanted: Continuation, study: Study, analysis: LinearAnalysis | MatrixAnalysis
+) -> Continuation:
+    """What is wanted, with the motion of an earlier run to begin at, if there is one."""
+    chosen = study.continuation.start
+    if chosen is None or not isinstance(wanted, ArcContinuation):
+        return wanted
+    return replace(wanted, begin=beginning(chosen, analysis.model, harmonic_balance(study)))
 
 
 def harmonic_balance(study: Study) -> HarmonicBalance:

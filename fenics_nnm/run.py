@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import platform
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,12 @@ import slepc4py
 from mpi4py import MPI
 
 import fenics_nnm
-from fenics_nnm.analysis import linear_analysis, model_in_contact, nonlinear_mode
+from fenics_nnm.analysis import (
+    linear_analysis,
+    model_in_contact,
+    nonlinear_mode,
+    wanted_motions,
+)
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -205,9 +210,8 @@ class _Recorder:
             series=mode.series,
             model=model,
         )
-        energies = self.study.continuation.energies
         stored = self.stored
-        known = known_points(stored, model, energies.start, energies.stop) if stored else ()
+        known = known_points(stored, model, wanted_motions(self.study)) if stored else ()
         branch_file.create(self.staging.branch, header, arrays, known)
         return known
 
@@ -238,7 +242,12 @@ class _Recorder:
             "points": len(branch.points),
             "statuses": dict(Counter(point.status for point in branch.points)),
             "not_verified": _not_verified(branch),
-            "resonances": sorted({point.resonance for point in branch.points if point.resonance}),
+            "events": [
+                {"kind": p.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
+                for p in branch.points
+                if p.event
+            ],
+            "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
             "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,
             "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],
@@ -269,7 +278,12 @@ def _largest_return_error(branch: Branch) -> float | None:
 def _not_verified(branch: Branch) -> list[dict[str, Any]]:
     """Points that integration in time does not confirm, each with the reason."""
     return [
-        {"gamma_ratio": point.gamma_ratio, "status": point.status, "reason": point.reason}
+        {
+            "position": point.position,
+            "gamma_ratio": point.gamma_ratio,
+            "status": point.status,
+            "reason": point.reason,
+        }
         for point in branch.points
         if point.status != VERIFIED
     ]

@@ -11,13 +11,13 @@ from pydantic import BaseModel, ValidationError, model_validator
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Geometry, Plate, Rod
+from fenics_nnm.study_continuation import ContinuationSection
 from fenics_nnm.study_messages import first_error, plain, shown
 from fenics_nnm.study_sections import (
     AugmentedLagrangianSection,
     BodySection,
     ClampSection,
     ContactSection,
-    ContinuationSection,
     LawSection,
     MaterialSection,
     MatrixArchive,
@@ -77,6 +77,39 @@ class _AnyStudy(Record):
             raise ValueError(
                 'augmented_lagrangian.normalisation = "penalised": is the form of reduced models: '
                 'with reduction.method = "none" must be "exact"'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _parameter_fits_contact(self) -> _AnyStudy:
+        chosen = self.continuation
+        if self.carries_mass and (chosen.parameter != "energy" or chosen.by_arc):
+            raise ValueError(
+                f"continuation: by {'arc-length' if chosen.by_arc else 'frequency'} needs contact "
+                'points without mass: with contact.law = "augmented-lagrangian" must have '
+                'parameter = "energy" and internal_resonance = "skip"'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _harmonic_fits_continuation(self) -> _AnyStudy:
+        number, chosen = self.mode.harmonic, self.continuation
+        if number == 1:
+            return self
+        if number > self.mode.harmonics:
+            raise ValueError(
+                f"mode.harmonic = {number}: must not be above mode.harmonics = "
+                f"{self.mode.harmonics}"
+            )
+        if not chosen.by_arc:
+            raise ValueError(
+                f'mode.harmonic = {number}: needs continuation.parameter = "arc-length" or '
+                'internal_resonance = "follow"'
+            )
+        if chosen.start is None and chosen.energies.start >= 1:
+            raise ValueError(
+                f"continuation.energies.from = {chosen.energies.start:g}: must be below 1 with "
+                f"mode.harmonic = {number}: such a branch begins without contact"
             )
         return self
 
@@ -238,6 +271,10 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
         for key in keys:
             if isinstance(table, dict) and isinstance(table.get(key), str):
                 table[key] = str(folder / table[key])
+    continuation = values.get("continuation")
+    start = continuation.get("start") if isinstance(continuation, dict) else None
+    if isinstance(start, dict) and isinstance(start.get("file"), str):
+        values["continuation"]["start"] = {**start, "file": str(folder / start["file"])}
     return values
 
 

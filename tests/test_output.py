@@ -51,7 +51,7 @@ HEADER = (
     "penetration_m,virial_error,contact_fraction,status,"
     "reduction_residual,reduction_error,return_error,shot_frequency_Hz,largest_multiplier,"
     "return_error_10,energy_variation,energy_drift,tension_m,complementarity,"
-    "shot_distance,shot_return_error"
+    "shot_distance,shot_return_error,reason"
 )
 
 

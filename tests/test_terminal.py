@@ -28,6 +28,7 @@ StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
 
 POINT = BranchPoint(
+    position=1.0625,
     gamma_ratio=1.0625,
     frequency=123456.789,
     frequency_ratio=1.123456,
@@ -46,6 +47,8 @@ POINT = BranchPoint(
     status=FAILED,
     reason="after one period the motion misses its start by 50%",
     resonance="",
+    skipped="",
+    event="",
     return_error=0.5,
     return_error_10=1.0,
     energy_drift=0.0,

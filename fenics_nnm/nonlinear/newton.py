@@ -149,15 +149,22 @@ def solve(
 ) -> Solution:
     """Solve harmonic equations and constraint from a guess; never raises for non-convergence.
 
-    The phase of a general series is fixed: the coordinate that is largest in the first cosine
-    of the guess keeps its first sine.
+    The phase of a general series is fixed: steps are orthogonal to a shift of the guess in time.
     """
-    iteration = _Iteration(equations, constraint, options or Newton(), int(np.argmax(np.abs(q[1]))))
+    iteration = _Iteration(equations, constraint, options or Newton(), phase_row(equations, q))
     return iteration.run(Unknowns(q, omega))
 
 
+def phase_row(equations: Equations, q: Array) -> Array:
+    """Unit vector of a small shift in time, shape (size of q,); empty where the phase is fixed."""
+    if not equations.series.free_phase:
+        return np.empty(0)
+    shift = equations.drift_column(q).ravel()
+    return np.asarray(shift / max(float(np.linalg.norm(shift)), np.finfo(float).tiny))
+
+
 def bordered_jacobian(
-    equations: Equations, constraint: Constraint, at: Unknowns, forces: ContactForces, pinned: int
+    equations: Equations, constraint: Constraint, at: Unknowns, forces: ContactForces, phase: Array
 ) -> Array:
     """Derivative of equations, constraint and, in a general series, the phase.
 
@@ -168,11 +175,10 @@ def bordered_jacobian(
         constraint: Constraint.
         at: Where to differentiate.
         forces: Contact forces there.
-        pinned: Coordinate whose first sine fixes the phase of a general series.
+        phase: Row of the phase condition of a general series, else empty; see `phase_row`.
     """
     scale = equations.row_scale(at.omega).ravel()
-    size = at.q.size
-    free_phase = equations.series.free_phase
+    size, free_phase = at.q.size, bool(phase.size)
     matrix = np.zeros((size + 1 + free_phase, size + 1 + free_phase))
     jacobian = equations.jacobian(at.omega, forces, at.drift)
     column = equations.frequency_column(at.q, at.omega, forces)
@@ -182,9 +188,8 @@ def bordered_jacobian(
     matrix[size, :size] = by_q.ravel()
     matrix[size, size] = by_omega
     if free_phase:
-        first_sine = (equations.series.harmonics + 1) * at.q.shape[1] + pinned
         matrix[:size, size + 1] = equations.drift_column(at.q).ravel() / scale
-        matrix[size + 1, first_sine] = 1.0
+        matrix[size + 1, :size] = phase
     return matrix
 
 
@@ -193,7 +198,7 @@ class _Iteration:
     equations: Equations
     constraint: Constraint
     options: Newton
-    pinned: int
+    phase: Array
 
     def run(self, start: Unknowns) -> Solution:
         trial, failure, leaps = self.evaluated(start), "", 0
@@ -243,7 +248,7 @@ class _Iteration:
         """Newton's step, shortened to the largest step allowed; None where it has no solution."""
         try:
             matrix = bordered_jacobian(
-                self.equations, self.constraint, trial.at, trial.forces, self.pinned
+                self.equations, self.constraint, trial.at, trial.forces, self.phase
             )
             step = -np.linalg.solve(matrix, self.right_hand_side(trial))
         except np.linalg.LinAlgError:

@@ -23,9 +23,11 @@ class BranchPoint:
     """A periodic motion of the branch.
 
     Attributes:
+        position: Place along the branch, by which points are ordered: what is stepped, so the
+            gamma ratio, the frequency ratio, or the length of the arc from the first point.
         gamma_ratio: Modal energy coordinate over its value at grazing.
         frequency: Physical frequency in Hz.
-        frequency_ratio: Frequency over that of the linear mode.
+        frequency_ratio: Frequency over that of the linear mode, times the harmonic it began in.
         rayleigh_frequency: sqrt(r) / 2 pi in Hz, the paper's quantity; it is not the frequency
             once there is a gap.
         energy: Total energy in J.
@@ -49,6 +51,10 @@ class BranchPoint:
             `nonlinear.verdict`. All points solve the discrete equations.
         reason: Why the point is not verified; empty if it is.
         resonance: Mode and harmonic of an internal resonance, or nothing.
+        skipped: Mode and harmonic of an internal resonance that hid the main branch at this
+            place, and was left; or nothing.
+        event: What the branch does there, found by its length: "fold in gamma", "fold in omega",
+            "branch point", or nothing.
         return_error: Distance of the state after one period of time integration from its start,
             relative in the energy norm; nan before it is known, or where it is not defined.
         return_error_10: The same after ten periods.
@@ -66,6 +72,7 @@ class BranchPoint:
             (2 N + 1, n_c): they move by this less R lambda.
     """
 
+    position: float
     gamma_ratio: float
     frequency: float
     frequency_ratio: float
@@ -84,6 +91,8 @@ class BranchPoint:
     status: str
     reason: str
     resonance: str
+    skipped: str
+    event: str
     return_error: float
     return_error_10: float
     energy_drift: float
@@ -104,23 +113,42 @@ class PointMaker:
         equations: Equations of the finest level, dimensionless.
         scales: Units of the dimensionless model.
         error: From a solution to the error of the reduction.
+        harmonic: Harmonic that the followed mode is written in.
     """
 
     equations: HarmonicEquations
     scales: Scales
     error: Callable[[Solution], ReductionError]
+    harmonic: int = 1
 
-    def point(self, gamma_ratio: float, solution: Solution) -> BranchPoint:
-        """The point that belongs to a converged solution."""
+    def point(
+        self,
+        position: float,
+        gamma_ratio: float,
+        solution: Solution,
+        *,
+        skipped: str = "",
+        event: str = "",
+    ) -> BranchPoint:
+        """The point that belongs to a converged solution.
+
+        Args:
+            position: Place along the branch.
+            gamma_ratio: Gamma ratio, as it was asked for.
+            solution: Solution of the finest level.
+            skipped: Internal resonance that was left for it.
+            event: What the branch does there.
+        """
         energies, error = solution.energies, self.error(solution)
         hertz = self.scales.omega / (2 * np.pi)
         in_contact = (solution.forces.force > 0).any(axis=1)
         penetration, tension = self._between_samples(solution)
         nan = float("nan")
         return BranchPoint(
+            position=position,
             gamma_ratio=gamma_ratio,
             frequency=solution.omega * hertz,
-            frequency_ratio=solution.omega,
+            frequency_ratio=solution.omega * self.harmonic,
             rayleigh_frequency=float(np.sqrt(energies.rayleigh_quotient)) * hertz,
             energy=energies.total(solution.omega) * self.scales.energy,
             residual=solution.residual,
@@ -136,6 +164,8 @@ class PointMaker:
             status="converged",
             reason="the run was stopped before the motion was checked in time",
             resonance="",
+            skipped=skipped,
+            event=event,
             return_error=nan,
             return_error_10=nan,
             energy_drift=nan,

@@ -14,7 +14,13 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.mode import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Solution, Unknowns, bordered_jacobian
+from fenics_nnm.nonlinear.newton import (
+    FixedEnergy,
+    Solution,
+    Unknowns,
+    bordered_jacobian,
+    phase_row,
+)
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
 from fenics_nnm.reduction.truncation import GalerkinTruncation, MasslessTruncation, Truncation
 
@@ -107,13 +113,12 @@ def _weighted(series: Series, omega: float, rows: Array, matrix: Array) -> float
 def _frequency_step(equations: HarmonicEquations, solution: Solution, left_out: _LeftOut) -> float:
     """Change of omega in one linearised step to the full-order equations at the same gamma."""
     gamma = solution.energies.gamma
-    pinned = int(np.argmax(np.abs(solution.q[1])))
     matrix = bordered_jacobian(
         equations,
         FixedEnergy(gamma),
         Unknowns(solution.q, solution.omega),
         solution.forces,
-        pinned,
+        phase_row(equations, solution.q),
     )
     scale = equations.row_scale(solution.omega)
     right = np.append((left_out.equations / scale).ravel(), left_out.gamma / gamma)

@@ -30,7 +30,7 @@ from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.periodicity import UNKNOWN_RETURN, Return, returned
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.resonance import strongest_resonance
+from fenics_nnm.nonlinear.resonance import INSIDE, strongest_resonance
 from fenics_nnm.reduction.model import ReducedModel
 
 #: Status of a point, from the best to the worst.
@@ -48,9 +48,6 @@ _LARGEST_SHOT_CHANGE = 0.01
 
 #: Nor does one solve its equations whose virial identity, or complementarity, is off by more.
 _LARGEST_EQUATION_ERROR = 1e-6
-
-#: A motion with more than this share of its kinetic energy in one resonance is inside it.
-_SHARE = 0.025
 
 #: Verified: return error after a period, error of the energy of the initial state, and what the
 #: exact motion, and the motion without reduction if that is known, may differ by from the point.
@@ -87,6 +84,7 @@ def judged(
     points: Sequence[BranchPoint],
     *,
     mode: int,
+    harmonic: int = 1,
     shooting: bool,
 ) -> tuple[BranchPoint, ...]:
     """The points with return errors, shot motions, internal resonances and statuses.
@@ -99,21 +97,24 @@ def judged(
         series: Series that the points are written in.
         points: Points of a branch of this model.
         mode: Index of the followed mode.
+        harmonic: Harmonic that it is written in.
         shooting: Whether to shoot for the true motion near each point.
     """
     flow = Flow(model) if model.massless else None
-    resonances = [internal_resonance(model, series, point, mode) for point in points]
+    resonances = [internal_resonance(model, series, point, mode, harmonic) for point in points]
     return tuple(
         _judged(flow, series, replace(point, resonance=resonance, **_UNJUDGED), shooting)
         for point, resonance in zip(points, resonances, strict=True)
     )
 
 
-def internal_resonance(model: ReducedModel, series: Series, point: BranchPoint, mode: int) -> str:
+def internal_resonance(
+    model: ReducedModel, series: Series, point: BranchPoint, mode: int, harmonic: int = 1
+) -> str:
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
     omega = 2 * np.pi * point.frequency
-    found = strongest_resonance(model.omega, series, point.q, omega, mode=mode)
-    return str(found) if found.share > _SHARE else ""
+    found = strongest_resonance(model.omega, series, point.q, omega, mode=mode, harmonic=harmonic)
+    return str(found) if found.share > INSIDE else ""
 
 
 def _judged(flow: Flow | None, series: Series, point: BranchPoint, shooting: bool) -> BranchPoint:

@@ -11,7 +11,7 @@ Layout (SI units):
                          shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
                          matrices: u = shapes^T q - residual_shapes^T lambda
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
-                         attributes: scalars of the point; by ascending energy
+                         attributes: scalars of the point; by position
 
 The file of a finished run has all of this. While a run goes on, and after it was killed, points
 are in the folder `branch.points` beside it (see `journal`), and `read` looks there. In the end it
@@ -34,13 +34,14 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import journal
 from fenics_nnm.output.durable import replacing, write_whole
 from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
 
-FORMAT = "fenics_nnm branch 3"
+FORMAT = "fenics_nnm branch 4"
 
 #: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
 _OVERHEAD, _ONCE = 8192, 32768
@@ -67,6 +68,12 @@ class BranchHeader:
     samples: int
     series: str
     model: ReducedModel
+
+    @property
+    def time_series(self) -> Series:
+        """Series in time that the points are written in."""
+        kind = FourierSeries if self.series == "general" else CosineSeries
+        return kind(self.harmonics, self.samples)
 
 
 def create(
@@ -118,7 +125,7 @@ def gather(path: Path) -> None:
 
 
 def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
-    """Header and the points that hold, by ascending energy, of any run, finished or not.
+    """Header and the points that hold, by position, of any run, finished or not.
 
     Raises:
         OutputError: if the file cannot be read or is of another kind.
@@ -128,8 +135,8 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
         with h5py.File(path, "r") as file:
             _assert_format(path, str(file.attrs.get("format", "")))
             points = [_point(group) for group in file["points"].values()] or unfinished
-            latest = {point.gamma_ratio: point for point in points}
-            return _header(file), tuple(latest[ratio] for ratio in sorted(latest))
+            latest = {point.position: point for point in points}
+            return _header(file), tuple(latest[place] for place in sorted(latest))
     except OSError as error:
         if isinstance(error, OutputError):
             raise

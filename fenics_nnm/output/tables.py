@@ -33,6 +33,7 @@ COLUMNS = {
     "complementarity": "complementarity",
     "shot_distance": "shot_distance",
     "shot_return_error": "shot_return_error",
+    "reason": "reason",
 }
 
 #: Errors below this are round-off, and printed as zero.

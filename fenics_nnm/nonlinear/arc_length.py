@@ -1,0 +1,247 @@
+r"""Pseudo-arclength: the geometry of a branch near one of its points.
+
+Distances along a branch are measured in scaled unknowns, about a motion (q0, omega0):
+
+    y = (D q / |D q0|, omega / omega0),      D_nj = sqrt(c_n (omega_j^2 + n^2 omega0^2)),
+
+with c_n the mean square of the basis function n. |D q|^2 is twice the mean energy that the modes
+have without contact, so a step ds is a relative change of the motion in the energy norm, or of the
+frequency, whichever is larger: where energy changes at constant frequency, as in the tongue of an
+internal resonance, the motion measures the step, and where a frequency runs at constant energy that
+does. Rows of the equations are scaled by the same D, which makes the Jacobian of a cosine series
+symmetric, with entries of order one.
+
+H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", in
+Applications of Bifurcation Theory, Academic Press, 1977, 359-384.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.full_order import Equations
+from fenics_nnm.nonlinear.newton import (
+    Constraint,
+    Newton,
+    Solution,
+    Unknowns,
+    bordered_jacobian,
+    phase_row,
+    solve,
+)
+
+#: Largest number of times that equations are renewed about the frequency of a solution.
+_RENEWALS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """Scaled unknowns y about a motion.
+
+    Attributes:
+        weight: D / |D q0|, shape of q.
+        omega: omega0.
+    """
+
+    weight: Array
+    omega: float
+
+    @classmethod
+    def about(cls, equations: Equations, at: Unknowns) -> Metric:
+        """The scales of a motion that is not at rest."""
+        mean_square = equations.series.mean_square[:, None]
+        weight = np.sqrt(mean_square * equations.row_scale(at.omega))
+        return cls(weight / float(np.linalg.norm(weight * at.q)), at.omega)
+
+    def scaled(self, change: Unknowns) -> Array:
+        """A change of the unknowns as a vector, shape (size of q + 1,)."""
+        return np.append((self.weight * change.q).ravel(), change.omega / self.omega)
+
+    def unscaled(self, vector: Array) -> Unknowns:
+        """The change that a vector stands for."""
+        q = vector[: self.weight.size].reshape(self.weight.shape) / self.weight
+        return Unknowns(q, float(vector[self.weight.size]) * self.omega)
+
+    def between(self, first: Unknowns, second: Unknowns) -> Array:
+        """The scaled way from the first to the second."""
+        return self.scaled(Unknowns(second.q - first.q, second.omega - first.omega))
+
+
+@dataclass(frozen=True, slots=True)
+class FixedArc:
+    """direction . (y - y0) - length = 0.
+
+    Attributes:
+        metric: Scaled unknowns.
+        base: The point y0.
+        direction: Unit vector in scaled unknowns.
+        length: Distance along it.
+    """
+
+    metric: Metric
+    base: Unknowns
+    direction: Array
+    length: float
+
+    def value(self, equations: Equations, q: Array, omega: float) -> float:
+        """What is missing of the length, the other way round."""
+        way = self.metric.between(self.base, Unknowns(q, omega))
+        return float(self.direction @ way) - self.length
+
+    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
+        """Derivatives by q and omega."""
+        by_q = self.metric.weight * self.direction[:-1].reshape(q.shape)
+        return by_q, float(self.direction[-1]) / self.metric.omega
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Harmonic equations about any frequency, and how they are solved.
+
+    Attributes:
+        about: From a frequency to equations that are accurate about it. Those of a reduced model
+            are the same everywhere; at full order it gives the same object as long as the
+            flexibility is accurate.
+        newton: Newton's configuration.
+    """
+
+    about: Callable[[float], Equations]
+    newton: Newton
+
+    @classmethod
+    def of(cls, equations: Equations, newton: Newton) -> Problem:
+        """Equations that hold at all frequencies."""
+        return cls(lambda omega: equations, newton)
+
+    def solve(self, constraint: Constraint, guess: Unknowns) -> Solution:
+        """A motion that obeys equations and constraint; never raises for non-convergence."""
+        equations = self.about(guess.omega)
+        for _ in range(_RENEWALS):
+            found = solve(equations, constraint, guess.q, guess.omega, options=self.newton)
+            renewed = self.about(found.omega) if found.converged else equations
+            if renewed is equations:
+                break
+            equations, guess = renewed, Unknowns(found.q, found.omega)
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A point of a branch and the way on from it.
+
+    Attributes:
+        solution: Motion.
+        metric: Scaled unknowns about it.
+        tangent: Unit tangent in them.
+        orientation: Sign of the determinant of the Jacobian bordered by the tangent. Along a branch
+            it changes at simple branch points and nowhere else, neither at folds nor at kinks.
+    """
+
+    solution: Solution
+    metric: Metric
+    tangent: Array
+    orientation: float
+
+    @property
+    def at(self) -> Unknowns:
+        """Its unknowns."""
+        return unknowns(self.solution)
+
+    def turned(self) -> Place:
+        """The same point, the other way."""
+        return Place(self.solution, self.metric, -self.tangent, -self.orientation)
+
+
+def unknowns(solution: Solution) -> Unknowns:
+    """Coefficients and frequency of a solution."""
+    return Unknowns(solution.q, solution.omega)
+
+
+def evaluated(equations: Equations, at: Unknowns) -> Solution:
+    """A motion as it is, whether it solves the equations or not, with their residual."""
+    forces = equations.forces(at.q, at.omega)
+    residual = equations.residual(at.q, at.omega, forces)
+    return Solution(
+        q=at.q,
+        omega=at.omega,
+        forces=forces,
+        free=equations.free_harmonics(at.q, at.omega),
+        energies=equations.energies(at.q, at.omega, forces),
+        residual=equations.relative_residual(at.q, at.omega, residual),
+        iterations=0,
+    )
+
+
+def scaled_jacobian(
+    equations: Equations, metric: Metric, solution: Solution, direction: Array
+) -> Array:
+    """Jacobian of the equations in scaled unknowns, bordered by a direction.
+
+    Args:
+        equations: Harmonic equations.
+        metric: Scaled unknowns.
+        solution: Motion at which they are differentiated.
+        direction: Row below the equations, shape (size of q + 1,).
+
+    Returns:
+        A square matrix: columns q, omega and, in a general series, the drift; rows the equations,
+        the direction and the phase condition.
+    """
+    at, size = unknowns(solution), solution.q.size
+    phase = phase_row(equations, at.q)
+    row = FixedArc(metric, at, direction, 0.0)
+    matrix = bordered_jacobian(equations, row, at, solution.forces, phase)
+    weight = metric.weight.ravel()
+    matrix[:size] *= weight[:, None]
+    matrix[:, :size] /= weight
+    matrix[:, size] *= metric.omega
+    if phase.size:
+        matrix[:size, size + 1] /= np.linalg.norm(matrix[:size, size + 1])
+        matrix[size + 1] /= np.linalg.norm(matrix[size + 1])
+    return matrix
+
+
+def place(equations: Equations, solution: Solution, along: Array) -> Place:
+    """A point with its tangent, oriented along a direction in the scaled unknowns about it.
+
+    Where the tangent is not unique to round-off, at a branch point, it is the part of the direction
+    in the null space.
+    """
+    metric = Metric.about(equations, unknowns(solution))
+    direction = along / np.linalg.norm(along)
+    matrix = scaled_jacobian(equations, metric, solution, direction)
+    size = solution.q.size
+    right = np.zeros(len(matrix))
+    right[size] = 1.0
+    try:
+        tangent = np.linalg.solve(matrix, right)[: size + 1]
+    except np.linalg.LinAlgError:
+        return Place(solution, metric, _projected(matrix, size, direction), 0.0)
+    sign = float(np.linalg.slogdet(matrix)[0])
+    return Place(solution, metric, tangent / np.linalg.norm(tangent), sign)
+
+
+def null_space(equations: Equations, metric: Metric, solution: Solution) -> tuple[Array, Array]:
+    """Singular values of the scaled Jacobian of the equations, and the directions of the smallest.
+
+    Returns:
+        All singular values, ascending, of which the first belongs to the tangent and is 0; and the
+        right singular vectors in the same order as rows, without their part along the drift.
+    """
+    size = solution.q.size
+    matrix = scaled_jacobian(equations, metric, solution, np.zeros(size + 1))
+    equations_alone = np.delete(matrix, size, axis=0)
+    _, values, vectors = np.linalg.svd(equations_alone)
+    return np.append(values, 0.0)[::-1], vectors[::-1, : size + 1]
+
+
+def _projected(matrix: Array, size: int, direction: Array) -> Array:
+    """Part of a direction in the null space of the equations, of unit length."""
+    _, values, vectors = np.linalg.svd(np.delete(matrix, size, axis=0))
+    null = vectors[np.append(values, 0.0) < 1e-9 * values[0], : size + 1]
+    part = null.T @ (null @ direction)
+    return np.asarray(part / np.linalg.norm(part))

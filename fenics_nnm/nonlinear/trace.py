@@ -1,0 +1,357 @@
+"""Tracing a branch by pseudo-arclength: predictor, corrector, step control, targets and bounds.
+
+Where the equations are only piecewise smooth (contact opens or closes at a sample) the branch has
+kinks. The tangent before a kink may lead nowhere; then the tangent of the other piece is taken, in
+the sense that keeps the sign of the determinant of the bordered Jacobian, which leads out of it
+(E. L. Allgower, K. Georg, Introduction to Numerical Continuation Methods, SIAM, 2003).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.arc_length import (
+    FixedArc,
+    Metric,
+    Place,
+    Problem,
+    evaluated,
+    null_space,
+    place,
+    unknowns,
+)
+from fenics_nnm.nonlinear.events import Event, events_on, gamma_slope, omega_slope
+from fenics_nnm.nonlinear.full_order import Equations
+from fenics_nnm.nonlinear.newton import (
+    Constraint,
+    FixedEnergy,
+    FixedFrequency,
+    Solution,
+    Unknowns,
+)
+from fenics_nnm.nonlinear.segment import NotOnSegmentError, Segment
+from fenics_nnm.nonlinear.step_test import Continuity, StepTest
+from fenics_nnm.nonlinear.trace_options import ArcLength, Heading, Predictor, Range
+
+#: In a step shorter than this many smallest ones, events that are not found are told as they are.
+_SHORT = 4
+
+#: Why a step is refused that meets no other objection.
+_UNLOCATED = "a fold or branch point within a step is not found"
+
+#: A kink is passed by steps of these multiples of the smallest one.
+_PAST_KINK = (4.0, 16.0, 64.0)
+
+#: After a kink the tangent may be this far across the step that led there.
+_ACROSS = 0.5
+
+#: A step that leads back along the branch has a cosine below this with the way ahead.
+_BACK = -0.99
+
+#: A slope below this tells no direction.
+_LEVEL = 1e-9
+
+#: Where that fails, it is looked for to this part of a step, by its place on the branch alone.
+_HIT = 1e-14
+
+#: A target is looked for along the branch to this part of a step, then at once.
+_ROUGH = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class TracePoint:
+    """A point of the branch.
+
+    Attributes:
+        place: The point with its tangent.
+        length: Length of the branch from its start.
+        event: What happens there, or None.
+        target: Whether it is one of the values to be hit.
+    """
+
+    place: Place
+    length: float
+    event: Event | None = None
+    target: bool = False
+
+    @property
+    def solution(self) -> Solution:
+        """Motion."""
+        return self.place.solution
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """A step, and the events on it with their fractions of it."""
+
+    segment: Segment
+    events: list[tuple[float, Event]]
+
+
+@dataclass(slots=True)
+class Trace:
+    """Points along a branch, to be iterated over once; `reason` says why they end.
+
+    Attributes:
+        problem: Equations.
+        start: Point to start from; it is not among the points.
+        options: Configuration.
+        gamma: Range of gamma, with targets.
+        omega: Range of omega, with targets.
+        stop: From a motion to why the branch ends there, or nothing.
+        accept: Whether a step has stayed on the branch.
+        reason: Why the branch has ended, empty until then.
+    """
+
+    problem: Problem
+    start: Place
+    options: ArcLength
+    gamma: Range
+    omega: Range
+    stop: Callable[[Solution], str]
+    accept: StepTest
+    reason: str = ""
+
+    def __iter__(self) -> Iterator[TracePoint]:
+        """The points in the order of the branch; `reason` is set when they end."""
+        here, last, length, travelled = self.start, None, self.options.step, 0.0
+        for _ in range(self.options.points):
+            step, length, failure = self._advanced(here, last, length)
+            if step is None:
+                self.reason = failure
+                return
+            segment, reached = step.segment, step.segment.second
+            for fraction, point in self._between(step):
+                yield TracePoint(
+                    point.place, travelled + fraction * segment.length, point.event, point.target
+                )
+                if self.reason:
+                    return
+            travelled += segment.length
+            yield TracePoint(reached, travelled)
+            self.reason = self.stop(reached.solution)
+            if self.reason:
+                return
+            here, last = reached, here
+        self.reason = f"points = {self.options.points} steps were taken: raise it to go on"
+
+    def _advanced(
+        self, here: Place, last: Place | None, length: float
+    ) -> tuple[_Step | None, float, str]:
+        """The next step, the length to try after it, and why there is none."""
+        direction, smallest, failure = self._direction(here, last), self.options.smallest_step, ""
+        while length >= smallest:
+            reached, failure = self._reached(here, direction, length)
+            step = self._step(here, reached) if reached is not None else None
+            if reached is not None and step is not None:
+                spare = self.options.wanted_iterations - reached.solution.iterations
+                factor = float(np.clip(2.0 ** (spare / 2), 0.5, self.options.growth))
+                return step, min(length * factor, self.options.largest_step), ""
+            length /= 2
+        failure = (
+            f"{failure or _UNLOCATED}, in steps down to smallest_step = {smallest:g}: lower it"
+        )
+        reached = self._past_kink(here)
+        step = self._step(here, reached) if reached is not None else None
+        return step, 2 * smallest, failure
+
+    def _step(self, here: Place, reached: Place) -> _Step | None:
+        """A step with its events; None where one is not found, and the step can be shorter.
+
+        A change of orientation without a branch point between is a jump to another branch.
+        """
+        segment = Segment(self.problem, here, reached)
+        try:
+            return _Step(segment, events_on(segment, self.options.event_tolerance))
+        except NotOnSegmentError:
+            if segment.length > _SHORT * self.options.smallest_step:
+                return None
+            told = events_on(segment, self.options.event_tolerance, located=False)
+            return _Step(segment, told)
+
+    def _direction(self, here: Place, last: Place | None) -> Array:
+        """Unit vector of the prediction in the scaled unknowns about a point."""
+        if last is None or self.options.predictor is Predictor.TANGENT:
+            return here.tangent
+        secant = here.metric.between(last.at, here.at)
+        return np.asarray(secant / np.linalg.norm(secant))
+
+    def _reached(
+        self, here: Place, direction: Array, length: float, largest_turn: float | None = None
+    ) -> tuple[Place | None, str]:
+        """The point a step away, or None and why it is refused."""
+        arc = FixedArc(here.metric, here.at, direction, length)
+        guess = here.at.moved(here.metric.unscaled(direction), length)
+        found = self.problem.solve(arc, guess)
+        if not found.converged:
+            return None, f"Newton's iteration fails: {found.failure}"
+        way = here.metric.between(here.at, unknowns(found))
+        turn = float(np.degrees(np.arccos(min(1.0, length / float(np.linalg.norm(way))))))
+        if turn > (largest_turn or self.options.largest_turn):
+            return None, f"the branch turns by {turn:.0f} degrees in a step"
+        equations = self.problem.about(found.omega)
+        refusal = self.accept(equations, here.solution, found)
+        if refusal:
+            return None, refusal
+        return self._oriented(here, found, way), ""
+
+    def _oriented(self, here: Place, found: Solution, way: Array) -> Place:
+        """A point reached by a step, with the tangent that leads on."""
+        equations = self.problem.about(found.omega)
+        metric = Metric.about(equations, unknowns(found))
+        ahead = metric.scaled(here.metric.unscaled(way))
+        reached = place(equations, found, ahead)
+        across = float(reached.tangent @ ahead) < _ACROSS * float(np.linalg.norm(ahead))
+        if across and reached.orientation * here.orientation < 0:
+            return reached.turned()
+        return reached
+
+    def _past_kink(self, here: Place) -> Place | None:
+        """A point beyond a kink that is less than the smallest step ahead."""
+        for multiple in _PAST_KINK:
+            length = multiple * self.options.smallest_step
+            probe = here.at.moved(here.metric.unscaled(here.tangent), length)
+            beyond = self._beyond(probe, here)
+            reached, _ = self._reached(here, beyond, length, largest_turn=80.0)
+            if reached is not None:
+                way = here.metric.between(here.at, reached.at)
+                if here.tangent @ way > _BACK * np.linalg.norm(way):
+                    return reached
+        return None
+
+    def _beyond(self, probe: Unknowns, here: Place) -> Array:
+        """Tangent of the piece that a point beyond a kink lies in, leading on from there."""
+        equations = self.problem.about(probe.omega)
+        found = place(equations, evaluated(equations, probe), here.tangent)
+        led = found if found.orientation * here.orientation >= 0 else found.turned()
+        direction = here.metric.scaled(led.metric.unscaled(led.tangent))
+        return np.asarray(direction / np.linalg.norm(direction))
+
+    def _between(self, step: _Step) -> Iterator[tuple[float, TracePoint]]:
+        """Events and hit targets within a step, in order, with their fractions of the step."""
+        low = 0.0
+        for fraction, event in [*step.events, (1.0, None)]:
+            yield from self._hits(step.segment, low, fraction)
+            if self.reason:
+                return
+            if event is not None:
+                yield fraction, TracePoint(event.place, 0.0, event)
+            low = fraction
+
+    def _hits(
+        self, segment: Segment, low: float, high: float
+    ) -> Iterator[tuple[float, TracePoint]]:
+        """Points where gamma or omega, monotonic between two fractions, has a wanted value."""
+        ends = segment.at(low).solution, segment.at(high).solution
+        found = []
+        for name, span, value_of, fixed in (
+            ("gamma", self.gamma, _gamma, FixedEnergy),
+            ("omega", self.omega, _omega, FixedFrequency),
+        ):
+            for value in span.between(value_of(ends[0]), value_of(ends[1])):
+                at = _hit(segment, value_of, fixed, value, low, high)
+                rising = value_of(ends[1]) - value_of(ends[0])
+                leaves = f"{name} leaves its range at {value:g}"
+                found.append((*at, leaves if span.left_at(value, rising) else ""))
+        for fraction, point, leaves in sorted(found, key=lambda item: item[0]):
+            self.reason = leaves
+            yield fraction, TracePoint(point, 0.0, target=True)
+            if self.reason:
+                return
+
+
+def trace(
+    problem: Problem | Equations,
+    start: Solution,
+    heading: Heading | Unknowns,
+    *,
+    options: ArcLength | None = None,
+    gamma: Range | None = None,
+    omega: Range | None = None,
+    stop: Callable[[Solution], str] = lambda solution: "",
+    accept: StepTest | None = None,
+) -> Trace:
+    """Follow a branch from a motion.
+
+    Args:
+        problem: Equations, or how to have them about a frequency.
+        start: A motion that solves them.
+        heading: Which way to go: the sign of the first change of gamma or omega, or a direction.
+        options: Configuration.
+        gamma: Range of gamma, with targets.
+        omega: Range of omega, with targets.
+        stop: From a motion to why the branch ends there, or nothing.
+        accept: Whether a step has stayed on the branch.
+
+    Raises:
+        ModelError: if the heading tells no direction at the start.
+    """
+    options = options or ArcLength()
+    if not isinstance(problem, Problem):
+        problem = Problem.of(problem, options.newton)
+    return Trace(
+        problem=problem,
+        start=start_place(problem, start, heading),
+        options=options,
+        gamma=gamma or Range(),
+        omega=omega or Range(),
+        stop=stop,
+        accept=accept or Continuity(),
+    )
+
+
+def start_place(problem: Problem, start: Solution, heading: Heading | Unknowns) -> Place:
+    """A motion with the tangent that leads the wanted way.
+
+    Raises:
+        ModelError: if the heading tells no direction.
+    """
+    equations = problem.about(start.omega)
+    metric = Metric.about(equations, unknowns(start))
+    if isinstance(heading, Unknowns):
+        return place(equations, start, metric.scaled(heading))
+    _, vectors = null_space(equations, metric, start)
+    first = place(equations, start, vectors[0])
+    by_gamma = heading in (Heading.GAMMA_UP, Heading.GAMMA_DOWN)
+    slope = (gamma_slope if by_gamma else omega_slope)(problem, first)
+    if abs(slope) < _LEVEL:
+        raise ModelError(f'heading "{heading}": the branch is level there; head by the other')
+    up = heading in (Heading.GAMMA_UP, Heading.OMEGA_UP)
+    return first if (slope > 0) == up else first.turned()
+
+
+def _gamma(solution: Solution) -> float:
+    return solution.energies.gamma
+
+
+def _omega(solution: Solution) -> float:
+    return solution.omega
+
+
+def _hit(
+    segment: Segment,
+    value_of: Callable[[Solution], float],
+    fixed: Callable[[float], Constraint],
+    value: float,
+    low: float,
+    high: float,
+) -> tuple[float, Place]:
+    """Fraction and point where gamma or omega has a value, between two fractions."""
+
+    def missing(point: Place) -> float:
+        return value_of(point.solution) / value - 1
+
+    for tolerance in (_ROUGH * segment.length, _HIT * segment.length):
+        fraction = segment.zero(missing, low, high, tolerance)
+        near = segment.at(fraction)
+        try:
+            exact = segment.solved(fixed(value), near.at)
+        except NotOnSegmentError:
+            continue
+        return fraction, exact
+    return fraction, near

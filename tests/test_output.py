@@ -50,6 +50,7 @@ HEADER = (
     "point,gamma_ratio,frequency_Hz,frequency_ratio,rayleigh_frequency_Hz,energy_J,"
     "penetration_m,virial_error,contact_fraction,status,"
     "reduction_residual,reduction_error,return_error,shot_frequency_Hz,largest_multiplier,"
+    "harmonics_error,samples_error,error_remainder,resonance,skipped,event,"
     "return_error_10,energy_variation,energy_drift,tension_m,complementarity,"
     "shot_distance,shot_return_error,reason"
 )

@@ -21,6 +21,7 @@ from fenics_nnm.nonlinear.reduction_error import (
     ReductionError,
     reduction_error,
 )
+from fenics_nnm.nonlinear.series_error import series_error
 from fenics_nnm.nonlinear.targets import (
     ArcContinuation,
     Continuation,
@@ -86,7 +87,9 @@ def follow(
     finest = lift.levels[-1].equations
     error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
     harmonic = continuation.harmonic if isinstance(continuation, ArcContinuation) else 1
-    maker = PointMaker(finest, scales, error, harmonic)
+    maker = PointMaker(
+        finest, scales, error, lambda solution: series_error(finest, solution), harmonic
+    )
     found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
     points = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)

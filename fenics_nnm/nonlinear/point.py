@@ -12,6 +12,7 @@ from fenics_nnm.nonlinear.contact_law import ContactForces
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.nonlinear.reduction_error import ReductionError
+from fenics_nnm.nonlinear.series_error import SeriesError
 from fenics_nnm.reduction.model import Scales
 
 #: The penetration is sought on a time grid finer than the samples by this factor.
@@ -64,6 +65,11 @@ class BranchPoint:
         shot_distance: Distance of its state from that of the point, relative in the energy norm.
         shot_return_error: Its own return error.
         largest_multiplier: Largest modulus of its Floquet multipliers: 1 if it is stable.
+        harmonics_error: Relative error of the frequency that is expected of N harmonics; nan where
+            contact points carry mass.
+        samples_error: The same of m samples.
+        error_remainder: Defect that the linearised step behind these two leaves over the one it
+            begins with: they are orders of magnitude above 1/2.
         q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J), or (2 N + 1, J) for a
             general series: cosines, then sines.
         force: Contact forces in N at the samples of the series: of the first half period, shape
@@ -100,6 +106,9 @@ class BranchPoint:
     shot_distance: float
     shot_return_error: float
     largest_multiplier: float
+    harmonics_error: float
+    samples_error: float
+    error_remainder: float
     q: Array
     force: Array
     free: Array
@@ -113,12 +122,14 @@ class PointMaker:
         equations: Equations of the finest level, dimensionless.
         scales: Units of the dimensionless model.
         error: From a solution to the error of the reduction.
+        series_error: From a solution to the error of its series in time.
         harmonic: Harmonic that the followed mode is written in.
     """
 
     equations: HarmonicEquations
     scales: Scales
     error: Callable[[Solution], ReductionError]
+    series_error: Callable[[Solution], SeriesError]
     harmonic: int = 1
 
     def point(
@@ -140,6 +151,7 @@ class PointMaker:
             event: What the branch does there.
         """
         energies, error = solution.energies, self.error(solution)
+        series = self.series_error(solution)
         hertz = self.scales.omega / (2 * np.pi)
         in_contact = (solution.forces.force > 0).any(axis=1)
         penetration, tension = self._between_samples(solution)
@@ -173,6 +185,9 @@ class PointMaker:
             shot_distance=nan,
             shot_return_error=nan,
             largest_multiplier=nan,
+            harmonics_error=series.harmonics,
+            samples_error=series.samples,
+            error_remainder=series.remainder,
             q=solution.q * self.scales.amplitude,
             force=solution.forces.force * self.scales.force,
             free=solution.free * self.scales.length,

@@ -26,6 +26,12 @@ COLUMNS = {
     "return_error": "return_error",
     "shot_frequency_Hz": "shot_frequency",
     "largest_multiplier": "largest_multiplier",
+    "harmonics_error": "harmonics_error",
+    "samples_error": "samples_error",
+    "error_remainder": "error_remainder",
+    "resonance": "resonance",
+    "skipped": "skipped",
+    "event": "event",
     "return_error_10": "return_error_10",
     "energy_variation": "energy_variation",
     "energy_drift": "energy_drift",
@@ -42,6 +48,8 @@ _ROUND_OFF = dict.fromkeys(
         "reduction_residual",
         "reduction_error",
         "return_error",
+        "harmonics_error",
+        "samples_error",
         "return_error_10",
         "energy_variation",
         "energy_drift",
@@ -53,7 +61,7 @@ _ROUND_OFF = dict.fromkeys(
 
 #: Digits of what is known to fewer than ten.
 _DIGITS = {
-    **dict.fromkeys(_ROUND_OFF, 4),
+    **dict.fromkeys((*_ROUND_OFF, "error_remainder"), 4),
     "shot_frequency": 9,
     "largest_multiplier": 7,
     "shot_return_error": 2,

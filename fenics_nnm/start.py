@@ -38,6 +38,8 @@ def beginning(chosen: StartSection, model: ReducedModel, balance: HarmonicBalanc
         StudyError: if there is no such point, or it is one of another structure.
         OutputError: if the file cannot be read.
     """
+    if not chosen.file.is_file():
+        raise StudyError(f"continuation.start.file = {chosen.file}: no such file")
     header, points = branch_file.read(chosen.file)
     _assert_fits(chosen, header, model, balance.series)
     index = _index(chosen, points)

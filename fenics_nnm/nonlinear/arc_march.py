@@ -183,7 +183,7 @@ class ArcMarch:
     def _end(self, reason: str) -> None:
         """Say why the branch ended, from the reason of the trace."""
         if _LEFT not in reason:
-            self.failure = self.reason = reason
+            self.failure = self.reason = f"arc_length: {reason}"
             return
         ratio = self.points[-1].gamma_ratio
         reached = "reached" if ratio > self.points[-2].gamma_ratio else "came back to"

@@ -22,6 +22,7 @@ from fenics_nnm.nonlinear.reduction_error import (
     ReductionError,
     reduction_error,
 )
+from fenics_nnm.nonlinear.series_error import series_error
 from fenics_nnm.nonlinear.targets import (
     ArcContinuation,
     Continuation,
@@ -87,7 +88,9 @@ def follow(
     finest = lift.levels[-1].equations
     error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
     harmonic = continuation.harmonic if isinstance(continuation, ArcContinuation) else 1
-    maker = PointMaker(finest, scales, error, harmonic)
+    maker = PointMaker(
+        finest, scales, error, lambda solution: series_error(finest, solution), harmonic
+    )
     found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
     if failures:
         reason = f"{reason}; {advice(continuation, balance.series)}"

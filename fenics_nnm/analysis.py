@@ -6,6 +6,7 @@ Every step is one function call whose result is a frozen record.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from mpi4py import MPI
@@ -20,6 +21,7 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.continuation import (
+    ArcContinuation,
     Branch,
     Continuation,
     EnergyContinuation,
@@ -29,12 +31,15 @@ from fenics_nnm.nonlinear.continuation import (
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.nonlinear.trace_options import ArcLength, Predictor
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
 from fenics_nnm.reduction.matrix_files import read_matrix
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.stages import Stages
+from fenics_nnm.start import beginning
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
+from fenics_nnm.study_continuation import ArcLengthSection
 from fenics_nnm.study_sections import MeshFile
 
 
@@ -142,7 +147,7 @@ def nonlinear_mode(
         stages: Told how far the branch is.
     """
     stages = stages or Stages()
-    wanted = wanted_motions(study)
+    wanted = _with_beginning(wanted_motions(study), study, analysis)
     span = wanted.stop - wanted.start
     with stages.stage("backbone"):
         return follow(
@@ -160,15 +165,39 @@ def nonlinear_mode(
 
 
 def wanted_motions(study: Study) -> Continuation:
-    """Energies, or frequencies, that a study visits."""
+    """Energies or frequencies that a study visits, or the range that it follows a branch in.
+
+    The motion that a branch begins at is not read from its file yet.
+    """
     chosen = study.continuation
     if chosen.frequencies:
         over = chosen.frequencies
         return FrequencyContinuation(over.start, over.stop, over.step, report_at=chosen.report_at)
-    over_energy = chosen.energies
-    return EnergyContinuation(
-        over_energy.start, over_energy.stop, over_energy.step, report_at=chosen.report_at
+    energies = chosen.energies
+    if not chosen.by_arc:
+        return EnergyContinuation(
+            energies.start, energies.stop, energies.step, report_at=chosen.report_at
+        )
+    steps = chosen.arc_length or ArcLengthSection()
+    predictor = Predictor(steps.predictor)
+    return ArcContinuation(
+        energies.start,
+        energies.stop,
+        energies.step if chosen.parameter == "energy" else None,
+        report_at=chosen.report_at,
+        arc=ArcLength(**{**steps.model_dump(), "predictor": predictor}),
+        harmonic=study.mode.harmonic,
     )
+
+
+def _with_beginning(
+    wanted: Continuation, study: Study, analysis: LinearAnalysis | MatrixAnalysis
+) -> Continuation:
+    """What is wanted, with the motion of an earlier run to begin at, if there is one."""
+    chosen = study.continuation.start
+    if chosen is None or not isinstance(wanted, ArcContinuation):
+        return wanted
+    return replace(wanted, begin=beginning(chosen, analysis.model, harmonic_balance(study)))
 
 
 def harmonic_balance(study: Study) -> HarmonicBalance:

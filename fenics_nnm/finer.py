@@ -21,7 +21,7 @@ _MOST_UNKNOWNS = 2400
 _FAR = 4.0
 
 #: Fewest samples a harmonic.
-_SAMPLES_A_HARMONIC = 4
+_SAMPLES_A_HARMONIC = 8
 
 #: Harmonics that grow by the first factor must lower the error by the second one.
 _STAGNANT = (3.9, 0.8)

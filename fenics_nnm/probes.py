@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_nnm.analysis import harmonic_balance, wanted_motions
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
+from fenics_nnm.nonlinear.continuation import EnergyContinuation, FrequencyContinuation, follow
 from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.outlook import outlook
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -33,12 +33,10 @@ def probes(study: Study, model: ReducedModel) -> tuple[float, ...]:
         model: Its reduced model, in SI units.
     """
     wanted = wanted_motions(study)
-    if isinstance(wanted, EnergyContinuation):
-        start, stop = wanted.start, wanted.stop
-    else:
+    start, stop = wanted.start, wanted.stop
+    if isinstance(wanted, FrequencyContinuation):
         ahead = outlook(model, wanted, harmonic_balance(study), mode=study.mode.number - 1)
-        ends = [wanted.start, wanted.stop]
-        start, stop = np.interp(ends, ahead.frequency_ratio, ahead.gamma_ratio)
+        start, stop = np.interp([start, stop], ahead.frequency_ratio, ahead.gamma_ratio)
     first = max(float(start), _NEAREST)
     if stop <= first:
         return ()

@@ -32,7 +32,7 @@ from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.verdict import RESONANT, STATUSES, UNCHECKED, UNRESOLVED
+from fenics_nnm.nonlinear.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
 from fenics_nnm.output import branch_file, journal
 from fenics_nnm.output.auto_report import summary_of, told, warn_of
 from fenics_nnm.output.journal import Journal
@@ -225,8 +225,8 @@ class _Recorder:
             series=self.study.mode.series,
             model=model,
         )
-        wanted, stored = wanted_motions(self.study), self.stored
-        known = known_points(stored, model, wanted.start, wanted.stop) if stored else ()
+        stored = self.stored
+        known = known_points(stored, model, wanted_motions(self.study)) if stored else ()
         branch_file.create(self.staging.branch, header, arrays, known)
         return known
 
@@ -257,6 +257,12 @@ class _Recorder:
             **summary_of(self.chosen, branch),
             "points": len(branch.points),
             "statuses": dict(Counter(point.status for point in branch.points)),
+            "not_verified": _not_verified(branch),
+            "events": [
+                {"kind": p.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
+                for p in branch.points
+                if p.event
+            ],
             "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
             "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,
@@ -285,12 +291,31 @@ def _largest_return_error(branch: Branch) -> float | None:
     return max(errors) if errors and np.all(np.isfinite(errors)) else None
 
 
+def _not_verified(branch: Branch) -> list[dict[str, Any]]:
+    """Points that integration in time does not confirm, each with the reason."""
+    return [
+        {
+            "position": point.position,
+            "gamma_ratio": point.gamma_ratio,
+            "status": point.status,
+            "reason": point.reason,
+        }
+        for point in branch.points
+        if point.status != VERIFIED
+    ]
+
+
 def _warn(branch: Branch) -> None:
     """Say which points are not to be trusted as they are."""
     total = len(branch.points)
     by_status = {status: [p for p in branch.points if p.status == status] for status in STATUSES}
-    if unresolved := by_status[UNRESOLVED]:
-        _warn_unresolved(unresolved, total)
+    if failed := by_status[FAILED]:
+        logger.warning(
+            "%d of %d points failed the check in time: %s; raise mode.harmonics and mode.samples",
+            len(failed),
+            total,
+            _first_reason(failed),
+        )
     if resonant := by_status[RESONANT]:
         logger.warning(
             "%d of %d points are inside an internal resonance (%s): their frequency lies below "
@@ -299,29 +324,23 @@ def _warn(branch: Branch) -> None:
             total,
             "; ".join(sorted({point.resonance for point in resonant})),
         )
-    if unchecked := by_status[UNCHECKED]:
-        logger.warning(
-            "%d of %d points are unchecked: there is no motion in time to compare with, as contact "
-            "points carry mass or contact changes too often",
-            len(unchecked),
+    if converged := by_status[CONVERGED]:
+        unchecked = any(np.isnan(point.return_error) for point in converged)
+        logger.log(
+            logging.WARNING if unchecked else logging.INFO,
+            "%d of %d points solve their equations, but are not verified in time: %s",
+            len(converged),
             total,
+            _first_reason(converged),
         )
 
 
-def _warn_unresolved(unresolved: list[BranchPoint], total: int) -> None:
-    worst = max(unresolved, key=lambda point: point.return_error)
-    why = f"misses its start by {100 * worst.return_error:.0f} %"
-    shot = worst.shot_frequency / worst.frequency - 1
-    if not np.isnan(shot):
-        why += f", and the exact one of its energy is {100 * shot:+.1f} % away in frequency"
-    logger.warning(
-        "%d of %d points are unresolved: integrated in time over a period, the motion at "
-        "gamma_ratio %g %s; raise mode.harmonics and mode.samples",
-        len(unresolved),
-        total,
-        worst.gamma_ratio,
-        why,
-    )
+def _first_reason(points: list[BranchPoint]) -> str:
+    """Why the worst of some points is not verified, or what is said of all of them."""
+    if len({point.reason for point in points}) == 1:
+        return points[0].reason
+    worst = max(points, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
+    return f"at gamma_ratio {worst.gamma_ratio:g} {worst.reason}"
 
 
 def _note(error: BaseException, text: str) -> None:

@@ -12,13 +12,13 @@ from pydantic import BaseModel, ValidationError, model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Geometry, Plate, Rod
 from fenics_nnm.resolution import Resolution
+from fenics_nnm.study_continuation import ContinuationSection
 from fenics_nnm.study_messages import first_error, plain, shown
 from fenics_nnm.study_sections import (
     AugmentedLagrangianSection,
     BodySection,
     ClampSection,
     ContactSection,
-    ContinuationSection,
     LawSection,
     MaterialSection,
     MatrixArchive,
@@ -104,6 +104,16 @@ class _AnyStudy(Record):
         return self
 
     @model_validator(mode="after")
+    def _numbers_can_be_found(self) -> _AnyStudy:
+        if self.automatic and (self.mode.harmonic > 1 or self.continuation.start):
+            key = "mode.harmonic" if self.mode.harmonic > 1 else "continuation.start"
+            raise ValueError(
+                f'{key}: does not go with {self.automatic[0]} = "auto", which is found for the '
+                "branch that begins at the linear mode: give numbers"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _law_fits_reduction(self) -> _AnyStudy:
         if self.carries_mass and self.contact.law == "complementarity":
             raise ValueError(
@@ -134,10 +144,34 @@ class _AnyStudy(Record):
 
     @model_validator(mode="after")
     def _parameter_fits_contact(self) -> _AnyStudy:
-        if self.carries_mass and self.continuation.parameter == "frequency":
+        chosen = self.continuation
+        if self.carries_mass and (chosen.parameter != "energy" or chosen.by_arc):
             raise ValueError(
-                'continuation.parameter = "frequency": needs contact points without mass: with '
-                'contact.law = "augmented-lagrangian" must be "energy"'
+                f"continuation: by {'arc-length' if chosen.by_arc else 'frequency'} needs contact "
+                'points without mass: with contact.law = "augmented-lagrangian" must have '
+                'parameter = "energy" and internal_resonance = "skip"'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _harmonic_fits_continuation(self) -> _AnyStudy:
+        number, chosen = self.mode.harmonic, self.continuation
+        if number == 1:
+            return self
+        if self.mode.harmonics != "auto" and number > self.mode.harmonics:
+            raise ValueError(
+                f"mode.harmonic = {number}: must not be above mode.harmonics = "
+                f"{self.mode.harmonics}"
+            )
+        if not chosen.by_arc:
+            raise ValueError(
+                f'mode.harmonic = {number}: needs continuation.parameter = "arc-length" or '
+                'internal_resonance = "follow"'
+            )
+        if chosen.start is None and chosen.energies.start >= 1:
+            raise ValueError(
+                f"continuation.energies.from = {chosen.energies.start:g}: must be below 1 with "
+                f"mode.harmonic = {number}: such a branch begins without contact"
             )
         return self
 
@@ -299,6 +333,10 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
         for key in keys:
             if isinstance(table, dict) and isinstance(table.get(key), str):
                 table[key] = str(folder / table[key])
+    continuation = values.get("continuation")
+    start = continuation.get("start") if isinstance(continuation, dict) else None
+    if isinstance(start, dict) and isinstance(start.get("file"), str):
+        values["continuation"]["start"] = {**start, "file": str(folder / start["file"])}
     return values
 
 

@@ -24,9 +24,6 @@ Name = Annotated[str, Field(min_length=1)]
 MatrixFile = Annotated[Path, Field(strict=False)]
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
 
-#: Most energies of a study; more are a misprint of the step.
-_MOST_STEPS = 100_000
-
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -255,6 +252,9 @@ class ModeSection(Record):
     """Which nonlinear mode, and its series in time."""
 
     number: Count = Field(1, description="number of the linear mode, from 1")
+    harmonic: Count = Field(
+        1, description="harmonic that the linear mode is written in at first, from 1"
+    )
     harmonics: Count | Auto = Field(10, description='positive number of harmonics, N, or "auto"')
     samples: Count | Auto = Field(
         128, description='time samples of a period, at least 2 N + 1, or "auto"'
@@ -275,87 +275,6 @@ class ModeSection(Record):
             raise ValueError(
                 f"samples = {self.samples} with harmonics = {self.harmonics}: "
                 f"must be at least 2 harmonics + 1 = {least}"
-            )
-        return self
-
-
-class Range(Record):
-    """Equal steps from one value to another."""
-
-    start: Positive = Field(alias="from", description="first value")
-    stop: Positive = Field(alias="to", description="last value")
-    step: Positive = Field(description="largest step")
-
-    @model_validator(mode="after")
-    def _ascending(self) -> Range:
-        if self.start >= self.stop:
-            raise ValueError(f"from = {self.start:g}, to = {self.stop:g}: from must be below to")
-        if self.stop - self.start > _MOST_STEPS * self.step:
-            raise ValueError(f"step = {self.step:g}: must give at most {_MOST_STEPS} steps")
-        return self
-
-
-class Energies(Range):
-    """Range of energies, as ratios of gamma to its value at grazing."""
-
-    start: Positive = Field(0.7, alias="from", description="first gamma ratio")
-    stop: Positive = Field(3.0, alias="to", description="last gamma ratio")
-    step: Positive = Field(0.1, description="largest step of the gamma ratio")
-
-
-class Frequencies(Range):
-    """Range of frequencies, as ratios to that of the linear mode."""
-
-    start: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
-        alias="from",
-        description="first frequency ratio, above 1: contact makes a structure stiffer",
-    )
-    stop: Positive = Field(alias="to", description="last frequency ratio")
-    step: Positive = Field(0.005, description="largest step of the frequency ratio")
-
-
-class ContinuationSection(Record):
-    """Which motions of the branch to visit."""
-
-    parameter: Literal["energy", "frequency"] = Field(
-        "energy", description='what is stepped: "energy" or "frequency"'
-    )
-    energies: Energies = Field(Energies(), description="range { from, to, step } of gamma ratios")
-    frequencies: Frequencies | None = Field(
-        None, description="range { from, to, step } of frequency ratios"
-    )
-    report_at: Annotated[tuple[Positive, ...], FromList] = Field(
-        (), description="gamma ratios that get a point and ParaView files"
-    )
-    shooting: bool = Field(
-        True, description="true or false: shoot for the exact motion in time near each point"
-    )
-
-    @model_validator(mode="after")
-    def _range_fits_parameter(self) -> ContinuationSection:
-        by_frequency = self.parameter == "frequency"
-        if by_frequency and self.frequencies is None:
-            raise ValueError('parameter = "frequency": needs frequencies = { from, to, step }')
-        if by_frequency and "energies" in self.model_fields_set:
-            raise ValueError('energies: does not go with parameter = "frequency"')
-        if not by_frequency and self.frequencies is not None:
-            raise ValueError('frequencies: needs parameter = "frequency"')
-        return self
-
-    @model_validator(mode="after")
-    def _reports_inside_range(self) -> ContinuationSection:
-        for ratio in self.report_at:
-            if (
-                self.parameter == "energy"
-                and not self.energies.start <= ratio <= self.energies.stop
-            ):
-                raise ValueError(
-                    f"report_at = {ratio:g}: must lie between energies.from = "
-                    f"{self.energies.start:g} and energies.to = {self.energies.stop:g}"
-                )
-        if len({f"{ratio:g}" for ratio in self.report_at}) < len(self.report_at):
-            raise ValueError(
-                f"report_at = {list(self.report_at)}: must differ, and in the first six digits"
             )
         return self
 

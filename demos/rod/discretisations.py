@@ -33,7 +33,7 @@ def errors(elements: int, degree: int, modes: int, step: float) -> tuple[np.ndar
     branch = nonlinear_mode(study, linear_analysis(study, MPI.COMM_SELF))
     exact = frequency_ratio(np.array([point.gamma_ratio for point in branch.points]))
     error = np.array([point.frequency_ratio for point in branch.points]) / exact - 1
-    unmarked = np.array([point.status == "converged" for point in branch.points])
+    unmarked = np.array([point.status in ("verified", "converged") for point in branch.points])
     print(
         f"{elements} elements of degree {degree}, {modes} modes: {len(error)} points, "
         f"{np.count_nonzero(~unmarked)} marked and up to {np.abs(error[~unmarked]).max():.2%} off, "

@@ -161,6 +161,21 @@ def unknowns(solution: Solution) -> Unknowns:
     return Unknowns(solution.q, solution.omega)
 
 
+def evaluated(equations: Equations, at: Unknowns) -> Solution:
+    """A motion as it is, whether it solves the equations or not, with their residual."""
+    forces = equations.forces(at.q, at.omega)
+    residual = equations.residual(at.q, at.omega, forces)
+    return Solution(
+        q=at.q,
+        omega=at.omega,
+        forces=forces,
+        free=equations.free_harmonics(at.q, at.omega),
+        energies=equations.energies(at.q, at.omega, forces),
+        residual=equations.relative_residual(at.q, at.omega, residual),
+        iterations=0,
+    )
+
+
 def scaled_jacobian(
     equations: Equations, metric: Metric, solution: Solution, direction: Array
 ) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.arc_march import ArcMarch
 from fenics_nnm.nonlinear.branch import Branch
 from fenics_nnm.nonlinear.frequency_sweep import FrequencySweep
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
@@ -21,15 +22,26 @@ from fenics_nnm.nonlinear.reduction_error import (
     reduction_error,
 )
 from fenics_nnm.nonlinear.series_error import series_error
-from fenics_nnm.nonlinear.targets import EnergyContinuation, FrequencyContinuation
+from fenics_nnm.nonlinear.targets import (
+    ArcContinuation,
+    Continuation,
+    EnergyContinuation,
+    FrequencyContinuation,
+)
 from fenics_nnm.nonlinear.verdict import judged
 from fenics_nnm.reduction.model import ReducedModel, Scales
 from fenics_nnm.reduction.truncation import Truncation
 
-__all__ = ["Branch", "Continuation", "EnergyContinuation", "FrequencyContinuation", "follow"]
+__all__ = [
+    "ArcContinuation",
+    "Branch",
+    "Continuation",
+    "EnergyContinuation",
+    "FrequencyContinuation",
+    "follow",
+]
 
-Continuation = EnergyContinuation | FrequencyContinuation
-"""Which motions of a branch are wanted."""
+Failures = tuple[tuple[float, str], ...]
 
 
 def follow(
@@ -49,7 +61,7 @@ def follow(
 
     Args:
         model: Reduced model in SI units.
-        continuation: Energies, or frequencies, to visit.
+        continuation: Energies or frequencies to visit, or a branch to follow by its length.
         balance: Series in time, and how contact is found.
         mode: Index of the linear mode that the branch starts at, from 0.
         flexibility: Residual flexibility of the full model, in SI units, for a branch of full
@@ -63,8 +75,8 @@ def follow(
         on_progress: Called with each place that has been dealt with.
 
     Raises:
-        ModelError: if the mode is not in the model or never touches, or frequencies are to be
-            visited and contact points carry mass.
+        ModelError: if the mode is not in the model or never touches, or contact points carry mass
+            and the continuation is not one in energy.
     """
     if not 0 <= mode < model.modes:
         raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
@@ -74,13 +86,14 @@ def follow(
     lift = Lift(levels(scaled, balance, mode=mode, flexibility=beyond), mode, continuation.newton)
     finest = lift.levels[-1].equations
     error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
-    maker = PointMaker(finest, scales, error, lambda solution: series_error(finest, solution))
-    march = _marched(lift, maker, continuation, known, on_point, on_progress)
-    found = [march.points[place] for place in sorted(march.points)]
+    harmonic = continuation.harmonic if isinstance(continuation, ArcContinuation) else 1
+    maker = PointMaker(
+        finest, scales, error, lambda solution: series_error(finest, solution), harmonic
+    )
+    found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
-    points = judged(obeyed, balance.series, found, mode=mode, shooting=shooting)
-    failures = tuple(sorted(march.failures.items()))
-    return Branch(points, failures, _reason(continuation, points, failures))
+    points = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
+    return Branch(points, failures, reason)
 
 
 def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySource:
@@ -99,33 +112,35 @@ def _error_estimate(
     return lambda solution: reduction_error(known, equations, solution)
 
 
-def _marched(
+def _followed(
     lift: Lift,
     maker: PointMaker,
     continuation: Continuation,
     known: Sequence[BranchPoint],
     on_point: Callable[[BranchPoint], None],
     on_progress: Callable[[float], None],
-) -> March:
-    """All steps of a continuation."""
-    name, smallest = continuation.name, continuation.smallest_step
-    if isinstance(continuation, EnergyContinuation):
-        march = March(lift, maker, name, smallest, on_point)
-        march.take_over(known)
-        march.run(continuation.targets(), on_progress)
-        return march
-    sweep = FrequencySweep(lift)
-    march = March(sweep, maker, name, smallest, on_point)
+) -> tuple[list[BranchPoint], Failures, str]:
+    """Points in the order of the branch, what is missing, and why the branch ended."""
+    if isinstance(continuation, ArcContinuation):
+        arc = ArcMarch(lift, maker, continuation, on_point)
+        arc.run(known, on_progress)
+        last = arc.points[-1].gamma_ratio if arc.points else continuation.start
+        return arc.points, ((last, arc.failure),) if arc.failure else (), arc.reason
+    sweep = None if isinstance(continuation, EnergyContinuation) else FrequencySweep(lift)
+    march = March(sweep or lift, maker, continuation.name, continuation.smallest_step, on_point)
     march.take_over(known)
     march.run(continuation.targets(), on_progress)
-    march.pass_energies(continuation.report_at, sweep.at_energy)
-    return march
+    if sweep:
+        march.pass_energies(continuation.report_at, sweep.at_energy)
+    points = [march.points[place] for place in sorted(march.points)]
+    failures = tuple(sorted(march.failures.items()))
+    return points, failures, _reason(continuation, points, failures)
 
 
 def _reason(
     continuation: Continuation,
-    points: tuple[BranchPoint, ...],
-    failures: tuple[tuple[float, str], ...],
+    points: Sequence[BranchPoint],
+    failures: Failures,
 ) -> str:
     name = continuation.name
     if not failures:

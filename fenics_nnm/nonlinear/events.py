@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.arc_length import Place, Problem, null_space
-from fenics_nnm.nonlinear.newton import Solution
-from fenics_nnm.nonlinear.segment import NotOnSegmentError, Segment
+from fenics_nnm.nonlinear.arc_length import Metric, Place, Problem, null_space, place, unknowns
+from fenics_nnm.nonlinear.newton import Solution, Unknowns
+from fenics_nnm.nonlinear.segment import Segment
 
 #: Slopes d ln gamma / ds and d ln omega / ds below this are round-off: the branch is level there.
 _LEVEL = 1e-9
 
 #: A function that changes sign, and is still this part of its values at the ends, jumps there.
 _JUMP = 1e-2
+
+#: The tangent at a branch point is taken from points this part of the step to both sides.
+_BESIDE = 1e-2
 
 #: Singular values of the scaled Jacobian below this count as zero.
 _ZERO = 1e-6
@@ -37,27 +40,43 @@ class Event:
 
     Attributes:
         kind: Kind.
-        place: The point, located to the tolerance.
+        place: The point.
+        bracket: Length of the branch to which it is located.
         at_kink: Whether the quantity that tells the event jumps through zero instead of passing it:
-            contact at a sample opens or closes there, and the point is bracketed, no more.
+            contact opens or closes at a sample there, and the point is bracketed, no more.
         singular_values: The smallest singular values of the scaled Jacobian, ascending; the first
             belongs to the tangent and is 0. Empty for folds.
         kernel: Directions of the null space besides the tangent, unit vectors in the scaled
-            unknowns of the place, as rows; none for folds.
-        failure: Why the point could not be located to the tolerance; it is then an end of the step.
+            unknowns of the place, as rows; none for folds, and for branch points at kinks.
     """
 
     kind: EventKind
     place: Place
-    at_kink: bool = False
+    bracket: float
+    at_kink: bool
     singular_values: Array = field(default_factory=lambda: np.empty(0))
     kernel: Array = field(default_factory=lambda: np.empty((0, 0)))
-    failure: str = ""
 
     @property
     def solution(self) -> Solution:
         """Motion at the event."""
         return self.place.solution
+
+
+def branch_point_at(problem: Problem, solution: Solution, along: Unknowns) -> Event:
+    """A branch point that was located before.
+
+    Args:
+        problem: Equations.
+        solution: Motion at the branch point.
+        along: Direction of the known branch.
+    """
+    equations = problem.about(solution.omega)
+    metric = Metric.about(equations, unknowns(solution))
+    way = metric.scaled(along)
+    at = replace(place(equations, solution, way), tangent=way / np.linalg.norm(way))
+    values, kernel = _kernel(problem, at)
+    return Event(EventKind.BRANCH_POINT, at, 0.0, not len(kernel), values, kernel)
 
 
 def gamma_slope(problem: Problem, point: Place) -> float:
@@ -74,7 +93,19 @@ def omega_slope(problem: Problem, point: Place) -> float:
     return float(point.tangent[-1])
 
 
-def events_on(segment: Segment, tolerance: float) -> list[tuple[float, Event]]:
+def branching(problem: Problem, point: Place) -> float:
+    """Smallest singular value of the Jacobian besides that of the tangent, with a sign.
+
+    The sign is that of the determinant of the bordered Jacobian.
+    """
+    equations = problem.about(point.solution.omega)
+    values, _ = null_space(equations, point.metric, point.solution)
+    return point.orientation * float(values[1])
+
+
+def events_on(
+    segment: Segment, tolerance: float, *, located: bool = True
+) -> list[tuple[float, Event]]:
     """Events between two points of a branch with their fractions of the chord, in order.
 
     Two events of a kind in one segment cancel and are not seen: smaller steps show them.
@@ -82,53 +113,54 @@ def events_on(segment: Segment, tolerance: float) -> list[tuple[float, Event]]:
     Args:
         segment: The piece of the branch.
         tolerance: Length to which events are located.
+        located: Else they are only told, at the end of the segment.
+
+    Raises:
+        NotOnSegmentError: if one cannot be located.
     """
-    found = [
-        _fold(segment, EventKind.FOLD_IN_GAMMA, gamma_slope, tolerance),
-        _fold(segment, EventKind.FOLD_IN_OMEGA, omega_slope, tolerance),
-        _branch_point(segment, tolerance),
-    ]
-    return sorted((item for item in found if item is not None), key=lambda item: item[0])
+    first, second = segment.first, segment.second
+    found = []
+    for kind, value in (
+        (EventKind.FOLD_IN_GAMMA, gamma_slope),
+        (EventKind.FOLD_IN_OMEGA, omega_slope),
+        (EventKind.BRANCH_POINT, branching),
+    ):
+        if kind is EventKind.BRANCH_POINT and first.orientation * second.orientation >= 0:
+            continue  # the common case, without singular values
+        ends = value(segment.problem, first), value(segment.problem, second)
+        if ends[0] * ends[1] < 0 and min(map(abs, ends)) > _LEVEL:
+            if located:
+                found.append(_located(segment, kind, value, ends, tolerance))
+            else:
+                found.append((1.0, Event(kind, second, segment.length, at_kink=True)))
+    return sorted(found, key=lambda item: item[0])
 
 
-def _fold(
+def _located(
     segment: Segment,
     kind: EventKind,
-    slope: Callable[[Problem, Place], float],
+    value: Callable[[Problem, Place], float],
+    ends: tuple[float, float],
     tolerance: float,
-) -> tuple[float, Event] | None:
-    def value(point: Place) -> float:
-        return slope(segment.problem, point)
-
-    ends = value(segment.first), value(segment.second)
-    if ends[0] * ends[1] >= 0 or min(map(abs, ends)) < _LEVEL:
-        return None
-    try:
-        fraction = segment.zero(value, 0.0, 1.0, tolerance)
-    except NotOnSegmentError as error:
-        return 1.0, Event(kind, segment.second, failure=f"not located: {error}")
+) -> tuple[float, Event]:
+    problem = segment.problem
+    fraction = segment.zero(lambda point: value(problem, point), 0.0, 1.0, tolerance)
     at = segment.at(fraction)
-    return fraction, Event(kind, at, at_kink=_jumps(value(at), ends))
+    jumps = abs(value(problem, at)) > _JUMP * min(map(abs, ends))
+    if kind is not EventKind.BRANCH_POINT:
+        return fraction, Event(kind, at, tolerance, jumps)
+    at = replace(at, tangent=_tangent(segment, fraction))
+    values, kernel = _kernel(problem, at)
+    kernel = np.empty((0, at.tangent.size)) if jumps else kernel
+    return fraction, Event(kind, at, tolerance, jumps, values, kernel)
 
 
-def _branch_point(segment: Segment, tolerance: float) -> tuple[float, Event] | None:
-    def value(point: Place) -> float:
-        equations = segment.problem.about(point.solution.omega)
-        values, _ = null_space(equations, point.metric, point.solution)
-        return point.orientation * float(values[1])
-
-    kind = EventKind.BRANCH_POINT
-    if segment.first.orientation * segment.second.orientation >= 0:
-        return None
-    try:
-        fraction = segment.zero(value, 0.0, 1.0, tolerance)
-    except NotOnSegmentError as error:
-        return 1.0, Event(kind, segment.second, failure=f"not located: {error}")
+def _tangent(segment: Segment, fraction: float) -> Array:
+    """Unit tangent at a branch point, where the Jacobian has two, from points to both sides."""
+    sides = [segment.at(float(np.clip(fraction + step, 0, 1))) for step in (-_BESIDE, _BESIDE)]
     at = segment.at(fraction)
-    values, kernel = _kernel(segment.problem, at)
-    ends = value(segment.first), value(segment.second)
-    event = Event(kind, at, _jumps(value(at), ends), singular_values=values, kernel=kernel)
-    return fraction, event
+    chord = at.metric.between(sides[0].at, sides[1].at)
+    return np.asarray(chord / np.linalg.norm(chord))
 
 
 def _kernel(problem: Problem, point: Place) -> tuple[Array, Array]:
@@ -139,7 +171,3 @@ def _kernel(problem: Problem, point: Place) -> tuple[Array, Array]:
     across = null - np.outer(null @ point.tangent, point.tangent)
     _, sizes, directions = np.linalg.svd(across, full_matrices=False)
     return values[: len(null) + 3], directions[sizes > 0.5]
-
-
-def _jumps(value: float, ends: tuple[float, float]) -> bool:
-    return abs(value) > _JUMP * min(map(abs, ends))

@@ -10,7 +10,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.levels import HarmonicBalance, levels
 from fenics_nnm.nonlinear.lift import Lift
 from fenics_nnm.nonlinear.resonance import Meeting, meetings
-from fenics_nnm.nonlinear.targets import EnergyContinuation, FrequencyContinuation
+from fenics_nnm.nonlinear.targets import Continuation, FrequencyContinuation
 from fenics_nnm.reduction.model import ReducedModel
 
 #: Energies of the outlook lie apart by this factor; one in frequency ends at the last ratio.
@@ -35,7 +35,7 @@ class Outlook:
 
 def outlook(
     model: ReducedModel,
-    continuation: EnergyContinuation | FrequencyContinuation,
+    continuation: Continuation,
     balance: HarmonicBalance,
     *,
     mode: int,
@@ -53,7 +53,7 @@ def outlook(
     """
     scaled, _ = model.dimensionless(mode)
     lift = Lift(levels(scaled, balance, mode=mode), mode, continuation.newton)
-    by_energy = isinstance(continuation, EnergyContinuation)
+    by_energy = not isinstance(continuation, FrequencyContinuation)
     last = continuation.stop if by_energy else _LARGEST_RATIO
     ratios, frequencies = [1.0], [1.0]
     while ratios[-1] < last and (by_energy or frequencies[-1] < continuation.stop):

@@ -44,6 +44,7 @@ def strongest_resonance(
     omega: float,
     *,
     mode: int,
+    harmonic: int = 1,
 ) -> Resonance:
     """The internal resonance that draws most energy.
 
@@ -55,12 +56,13 @@ def strongest_resonance(
         series: Series in time.
         q: Coefficients of the motion, shape (N + 1, J).
         omega: Frequency of the motion.
-        mode: Index of the followed mode, whose first harmonic does not count.
+        mode: Index of the followed mode.
+        harmonic: Its harmonic, in which its energy does not count.
     """
     order = series.order
     kinetic = (series.mean_square * order**2)[:, None] * q**2
     total = float(kinetic.sum())
-    kinetic[np.ix_(order == 1, [mode])] = 0.0
+    kinetic[np.ix_(order == harmonic, [mode])] = 0.0
     near = np.abs(natural / (np.maximum(order, 1)[:, None] * omega) - 1) < _DETUNING
     kinetic[~near] = 0.0
     row, column = np.unravel_index(int(np.argmax(kinetic)), kinetic.shape)

@@ -9,6 +9,8 @@ import numpy as np
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.nonlinear.trace_options import ArcLength
 
 _NEWTON = Newton(iterations=25)
 
@@ -88,6 +90,70 @@ class FrequencyContinuation:
     def targets(self) -> list[float]:
         """Ratios to visit, ascending: equal steps no larger than `step`."""
         return grid(self.start, self.stop, self.step)
+
+
+@dataclass(frozen=True, slots=True)
+class Begin:
+    """A known motion that a branch begins at.
+
+    Attributes:
+        point: Motion, of the model and in the series of the branch.
+        along: Its neighbours on the branch that is known, where the other branch that crosses
+            it there is wanted; else None.
+        downwards: Whether to set out towards lower energies, or to the second side of a crossing.
+    """
+
+    point: BranchPoint
+    along: tuple[BranchPoint, BranchPoint] | None = None
+    downwards: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ArcContinuation:
+    """A branch that is followed by its length, through folds and internal resonances.
+
+    Attributes:
+        start: Lowest gamma ratio; the branch ends where it comes back to it.
+        stop: Highest gamma ratio; the branch ends there.
+        step: Energies this far apart are hit at each passing; only `report_at` if None.
+        report_at: Gamma ratios that are hit at each passing.
+        arc: Steps along the branch.
+        harmonic: Harmonic k that the linear mode is written in at first: subharmonic branches
+            are those of k > 1. The gamma ratio is then over k^2 times the gamma of grazing, and
+            frequencies are over that of the mode divided by k.
+        begin: Motion to begin at, or None for the linear mode.
+        newton: Newton's configuration for the motion to begin at.
+    """
+
+    start: float
+    stop: float
+    step: float | None = None
+    report_at: tuple[float, ...] = ()
+    arc: ArcLength = field(default_factory=ArcLength)
+    harmonic: int = 1
+    begin: Begin | None = None
+    newton: Newton = field(default_factory=lambda: _NEWTON)
+
+    def __post_init__(self) -> None:
+        if not 0 < self.start < self.stop:
+            raise ModelError(
+                f"energies from {self.start:g} to {self.stop:g}: must be 0 < from < to"
+            )
+
+    @property
+    def name(self) -> str:
+        """Name of what bounds it."""
+        return "gamma_ratio"
+
+    def targets(self) -> list[float]:
+        """Gamma ratios to hit at each passing."""
+        if self.step is None:
+            return sorted({self.start, self.stop, *self.report_at})
+        return grid(self.start, self.stop, self.step, self.report_at)
+
+
+Continuation = EnergyContinuation | FrequencyContinuation | ArcContinuation
+"""Which motions of a branch are wanted."""
 
 
 def grid(start: float, stop: float, step: float, among: Sequence[float] = ()) -> list[float]:

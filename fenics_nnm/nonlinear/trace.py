@@ -20,6 +20,7 @@ from fenics_nnm.nonlinear.arc_length import (
     Metric,
     Place,
     Problem,
+    evaluated,
     null_space,
     place,
     unknowns,
@@ -36,6 +37,12 @@ from fenics_nnm.nonlinear.newton import (
 from fenics_nnm.nonlinear.segment import NotOnSegmentError, Segment
 from fenics_nnm.nonlinear.step_test import Continuity, StepTest
 from fenics_nnm.nonlinear.trace_options import ArcLength, Heading, Predictor, Range
+
+#: In a step shorter than this many smallest ones, events that are not found are told as they are.
+_SHORT = 4
+
+#: Why a step is refused that meets no other objection.
+_UNLOCATED = "a fold or branch point within a step is not found"
 
 #: A kink is passed by steps of these multiples of the smallest one.
 _PAST_KINK = (4.0, 16.0, 64.0)
@@ -78,6 +85,14 @@ class TracePoint:
         return self.place.solution
 
 
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """A step, and the events on it with their fractions of it."""
+
+    segment: Segment
+    events: list[tuple[float, Event]]
+
+
 @dataclass(slots=True)
 class Trace:
     """Points along a branch, to be iterated over once; `reason` says why they end.
@@ -106,12 +121,12 @@ class Trace:
         """The points in the order of the branch; `reason` is set when they end."""
         here, last, length, travelled = self.start, None, self.options.step, 0.0
         for _ in range(self.options.points):
-            reached, length, failure = self._advanced(here, last, length)
-            if reached is None:
+            step, length, failure = self._advanced(here, last, length)
+            if step is None:
                 self.reason = failure
                 return
-            segment = Segment(self.problem, here, reached)
-            for fraction, point in self._between(segment):
+            segment, reached = step.segment, step.segment.second
+            for fraction, point in self._between(step):
                 yield TracePoint(
                     point.place, travelled + fraction * segment.length, point.event, point.target
                 )
@@ -127,19 +142,37 @@ class Trace:
 
     def _advanced(
         self, here: Place, last: Place | None, length: float
-    ) -> tuple[Place | None, float, str]:
-        """The next point, the length to try after it, and why there is none."""
-        direction = self._direction(here, last)
-        while length >= self.options.smallest_step:
-            reached, failure = self._step(here, direction, length)
-            if reached is not None:
+    ) -> tuple[_Step | None, float, str]:
+        """The next step, the length to try after it, and why there is none."""
+        direction, smallest, failure = self._direction(here, last), self.options.smallest_step, ""
+        while length >= smallest:
+            reached, failure = self._reached(here, direction, length)
+            step = self._step(here, reached) if reached is not None else None
+            if reached is not None and step is not None:
                 spare = self.options.wanted_iterations - reached.solution.iterations
                 factor = float(np.clip(2.0 ** (spare / 2), 0.5, self.options.growth))
-                return reached, min(length * factor, self.options.largest_step), ""
+                return step, min(length * factor, self.options.largest_step), ""
             length /= 2
-        smallest = self.options.smallest_step
-        advice = f"{failure}, in steps down to smallest_step = {smallest:g}: lower it"
-        return self._past_kink(here), 2 * smallest, advice
+        failure = (
+            f"{failure or _UNLOCATED}, in steps down to smallest_step = {smallest:g}: lower it"
+        )
+        reached = self._past_kink(here)
+        step = self._step(here, reached) if reached is not None else None
+        return step, 2 * smallest, failure
+
+    def _step(self, here: Place, reached: Place) -> _Step | None:
+        """A step with its events; None where one is not found, and the step can be shorter.
+
+        A change of orientation without a branch point between is a jump to another branch.
+        """
+        segment = Segment(self.problem, here, reached)
+        try:
+            return _Step(segment, events_on(segment, self.options.event_tolerance))
+        except NotOnSegmentError:
+            if segment.length > _SHORT * self.options.smallest_step:
+                return None
+            told = events_on(segment, self.options.event_tolerance, located=False)
+            return _Step(segment, told)
 
     def _direction(self, here: Place, last: Place | None) -> Array:
         """Unit vector of the prediction in the scaled unknowns about a point."""
@@ -148,7 +181,7 @@ class Trace:
         secant = here.metric.between(last.at, here.at)
         return np.asarray(secant / np.linalg.norm(secant))
 
-    def _step(
+    def _reached(
         self, here: Place, direction: Array, length: float, largest_turn: float | None = None
     ) -> tuple[Place | None, str]:
         """The point a step away, or None and why it is refused."""
@@ -184,7 +217,7 @@ class Trace:
             length = multiple * self.options.smallest_step
             probe = here.at.moved(here.metric.unscaled(here.tangent), length)
             beyond = self._beyond(probe, here)
-            reached, _ = self._step(here, beyond, length, largest_turn=80.0)
+            reached, _ = self._reached(here, beyond, length, largest_turn=80.0)
             if reached is not None:
                 way = here.metric.between(here.at, reached.at)
                 if here.tangent @ way > _BACK * np.linalg.norm(way):
@@ -194,27 +227,16 @@ class Trace:
     def _beyond(self, probe: Unknowns, here: Place) -> Array:
         """Tangent of the piece that a point beyond a kink lies in, leading on from there."""
         equations = self.problem.about(probe.omega)
-        forces = equations.forces(probe.q, probe.omega)
-        beyond = Solution(
-            q=probe.q,
-            omega=probe.omega,
-            forces=forces,
-            free=equations.free_harmonics(probe.q, probe.omega),
-            energies=equations.energies(probe.q, probe.omega, forces),
-            residual=np.inf,
-            iterations=0,
-        )
-        found = place(equations, beyond, here.tangent)
+        found = place(equations, evaluated(equations, probe), here.tangent)
         led = found if found.orientation * here.orientation >= 0 else found.turned()
         direction = here.metric.scaled(led.metric.unscaled(led.tangent))
         return np.asarray(direction / np.linalg.norm(direction))
 
-    def _between(self, segment: Segment) -> Iterator[tuple[float, TracePoint]]:
+    def _between(self, step: _Step) -> Iterator[tuple[float, TracePoint]]:
         """Events and hit targets within a step, in order, with their fractions of the step."""
-        events = events_on(segment, self.options.event_tolerance) if self.options.events else []
         low = 0.0
-        for fraction, event in [*events, (1.0, None)]:
-            yield from self._hits(segment, low, fraction)
+        for fraction, event in [*step.events, (1.0, None)]:
+            yield from self._hits(step.segment, low, fraction)
             if self.reason:
                 return
             if event is not None:

@@ -38,8 +38,7 @@ class ArcLength:
         wanted_iterations: Steps grow where Newton's iteration takes fewer, and shrink where more.
         growth: Largest factor by which a step grows.
         largest_turn: Bound in degrees on the angle between a step and its prediction.
-        events: Whether folds and branch points are located.
-        event_tolerance: Length to which they are located.
+        event_tolerance: Length to which folds and branch points are located.
         newton: Newton's configuration.
     """
 
@@ -51,7 +50,6 @@ class ArcLength:
     wanted_iterations: int = 4
     growth: float = 1.5
     largest_turn: float = 30.0
-    events: bool = True
     event_tolerance: float = 1e-8
     newton: Newton = field(default_factory=lambda: Newton(iterations=12))
 

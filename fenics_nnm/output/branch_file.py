@@ -35,6 +35,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import journal
 from fenics_nnm.output.durable import replacing, write_whole
@@ -42,7 +43,7 @@ from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.resolution import Resolution
 
-FORMAT = "fenics_nnm branch 3"
+FORMAT = "fenics_nnm branch 4"
 
 #: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
 _OVERHEAD, _ONCE = 8192, 32768
@@ -77,6 +78,12 @@ class BranchHeader:
     def resolution(self) -> Resolution:
         """Harmonics, samples and modes."""
         return Resolution(self.harmonics, self.samples, self.modes)
+
+    @property
+    def time_series(self) -> Series:
+        """Series in time that the points are written in."""
+        kind = FourierSeries if self.series == "general" else CosineSeries
+        return kind(self.harmonics, self.samples)
 
 
 def create(
@@ -136,8 +143,7 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
     try:
         unfinished = journal.read(path)  # first, as a run may be just finishing
         with h5py.File(path, "r") as file:
-            if file.attrs.get("format") != FORMAT:
-                raise OutputError(f"{path}: is not a file of the format {FORMAT!r}")
+            _assert_format(path, str(file.attrs.get("format", "")))
             points = [_point(group) for group in file["points"].values()] or unfinished
             latest = {point.position: point for point in points}
             return _header(file), tuple(latest[place] for place in sorted(latest))
@@ -145,6 +151,17 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
         if isinstance(error, OutputError):
             raise
         raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
+def _assert_format(path: Path, found: str) -> None:
+    if found == FORMAT:
+        return
+    if found.startswith(FORMAT.rstrip("0123456789")):
+        raise OutputError(
+            f"{path}: has the format {found!r}, of another version; this one reads {FORMAT!r}: "
+            "run its study again, in another folder"
+        )
+    raise OutputError(f"{path}: is not a file of the format {FORMAT!r}")
 
 
 def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:

@@ -29,11 +29,33 @@ COLUMNS = {
     "harmonics_error": "harmonics_error",
     "samples_error": "samples_error",
     "error_remainder": "error_remainder",
+    "resonance": "resonance",
+    "skipped": "skipped",
+    "event": "event",
+    "return_error_10": "return_error_10",
+    "energy_variation": "energy_variation",
+    "energy_drift": "energy_drift",
+    "tension_m": "tension",
+    "complementarity": "complementarity",
+    "shot_distance": "shot_distance",
+    "shot_return_error": "shot_return_error",
+    "reason": "reason",
 }
 
 #: Errors below this are round-off, and printed as zero.
 _ROUND_OFF = dict.fromkeys(
-    ("reduction_residual", "reduction_error", "return_error", "harmonics_error", "samples_error"),
+    (
+        "reduction_residual",
+        "reduction_error",
+        "return_error",
+        "harmonics_error",
+        "samples_error",
+        "return_error_10",
+        "energy_variation",
+        "energy_drift",
+        "complementarity",
+        "shot_distance",
+    ),
     1e-12,
 )
 
@@ -42,6 +64,7 @@ _DIGITS = {
     **dict.fromkeys((*_ROUND_OFF, "error_remainder"), 4),
     "shot_frequency": 9,
     "largest_multiplier": 7,
+    "shot_return_error": 2,
 }
 
 

@@ -7,7 +7,7 @@ The rod of unit length, wave speed, E A and gap moves as
 a square wave that runs along the rod, with T the period. Clamped at x = 0; at the tip u' =
 F'(t + 1) - F'(t - 1), and the force is -(F'(t + 1) + F'(t - 1)). Their arguments differ by 2, that
 is by d = 2 - (k - 1) T after whole periods. So the force is 0, or 2 a while both are in the low
-part, which lasts 4 - (2 k - 1) T; the tip rests then, and at the gap if a = 1 / (2 k^2 T - 4 k - 2).
+part, for 4 - (2 k - 1) T; the tip rests then, and at the gap if a = 1 / (2 k^2 T - 4 k - 2).
 This is mode k for T from (2 k + 1) / k^2, where a is infinite, to 4 / (2 k - 1), the period of the
 linear mode. k = 1: T in (3, 4), a = 1 / (2 (T - 3)), the energy is 2 a^2. All of it in units of the
 linear rod, so ratios hold for any rod and gap.

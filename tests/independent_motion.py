@@ -36,6 +36,19 @@ class Return:
     late: float
 
 
+@dataclass(frozen=True, slots=True)
+class Exact:
+    """The exact periodic motion of its energy that Newton's iteration leads to from a point.
+
+    Attributes:
+        frequency: In Hz; nan if none was found.
+        distance: Of its start from that of the point, over the amplitude, in the energy norm.
+    """
+
+    frequency: float = float("nan")
+    distance: float = float("nan")
+
+
 class Pivoting:
     """0 <= lambda  _|_  R lambda - excess >= 0 by Murty's least-index principal pivoting.
 
@@ -122,13 +135,13 @@ def after_a_period(
     )
 
 
-def exact_frequency(
+def exact_motion(
     model: ReducedModel, point: BranchPoint, harmonics: int, *, most_steps: int = 20_000
-) -> float:
-    """Frequency in Hz of the periodic motion of the same energy near a point, by shooting.
+) -> Exact:
+    """The periodic motion of the same energy near a point, by shooting.
 
-    Newton's iteration on x(T) - x(0) = 0, the energy and the phase, for x(0) and T; nan if it does
-    not converge near the point.
+    Newton's iteration on x(T) - x(0) = 0, the energy and the phase, for x(0) and T. Near a fold
+    there is another motion of the same energy, which it may lead to.
 
     Raises:
         TooLong: if an integration takes more than `most_steps` steps.
@@ -152,13 +165,14 @@ def exact_frequency(
         matrix[:, :size] /= motion.weight
         step = -np.linalg.lstsq(matrix, wrong, rcond=1e-12)[0]
         if np.linalg.norm(wrong) < _SHOT * 2 * np.pi:
-            return point.frequency / period
+            distance = np.linalg.norm(motion.weight * (state - motion.start)) / (2 * np.pi)
+            return Exact(point.frequency / period, float(distance))
         state, period = state + step[:size] / motion.weight, period + float(step[size])
         if np.linalg.norm(motion.weight * (state - motion.start)) > _FARTHEST * 2 * np.pi:
             break
         if abs(period - 1) > _FARTHEST:
             break
-    return float("nan")
+    return Exact()
 
 
 def _integrated(

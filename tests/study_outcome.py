@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from independent_motion import TooLong, after_a_period, exact_frequency
+from independent_motion import Exact, TooLong, after_a_period, exact_motion
 
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.verdict import VERIFIED
@@ -198,7 +198,7 @@ def _seen(header: BranchHeader, point: BranchPoint, *, shoot: bool) -> _Witness:
         back = after_a_period(model, point, harmonics)
     except TooLong:
         return _Witness(False, False, ())
-    faults, frequency = [], math.nan
+    faults, exact = [], Exact()
     same = abs(back.error - point.return_error) <= 0.01 * point.return_error + 1e-4
     if not (same and back.error <= _RETURN and abs(back.late) <= _LATE):
         faults.append(
@@ -208,13 +208,14 @@ def _seen(header: BranchHeader, point: BranchPoint, *, shoot: bool) -> _Witness:
         )
     if shoot and 'method = "none"' not in header.study:
         with contextlib.suppress(TooLong):
-            frequency = exact_frequency(model, point, harmonics)
-    if abs(frequency / point.frequency - 1) > _FREQUENCY:
+            exact = exact_motion(model, point, harmonics)
+    nearest = not exact.distance > 1.1 * point.shot_distance + 1e-3  # no other motion beyond it
+    if nearest and abs(exact.frequency / point.frequency - 1) > _FREQUENCY:
         faults.append(
             f"gamma_ratio {point.gamma_ratio:.6g}, {VERIFIED}: {point.frequency:.9g} Hz, "
-            f"and {frequency:.9g} Hz by shooting"
+            f"and {exact.frequency:.9g} Hz by shooting"
         )
-    return _Witness(True, math.isfinite(frequency), tuple(faults))
+    return _Witness(True, nearest and math.isfinite(exact.frequency), tuple(faults))
 
 
 def _faults_of_files(folder: Path, end: str, message: str) -> Iterator[str]:

@@ -176,6 +176,8 @@ class ArcMarch:
         aimed = [to for to in self.wanted.targets() if abs(ratio - to) <= _SAME * to]
         modes = self.maker.equations.model.modes
         whole = replace(solution, q=solution.q[:, :modes])
+        if self.points and self.points[-1].position == position:  # an event at the end of a step
+            event = self.points.pop().event or event
         point = self.maker.point(position, aimed[0] if aimed else ratio, whole, event=event)
         self.on_point(point)
         self.points.append(point)

@@ -1,9 +1,8 @@
 """Tracing a branch by pseudo-arclength: predictor, corrector, step control, targets and bounds.
 
 Where the equations are only piecewise smooth (contact opens or closes at a sample) the branch has
-kinks. The tangent before a kink may lead nowhere; then the tangent of the other piece is taken, in
-the sense that keeps the sign of the determinant of the bordered Jacobian, which leads out of it
-(E. L. Allgower, K. Georg, Introduction to Numerical Continuation Methods, SIAM, 2003).
+kinks, see `nonlinear.kinks`. A step must pass tests before it is taken: it may not turn much, must
+pass the test of the caller, must lead back, and what it seems to have passed must be found on it.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ from fenics_nnm.nonlinear.arc_length import (
     Metric,
     Place,
     Problem,
-    evaluated,
     null_space,
     place,
     unknowns,
 )
 from fenics_nnm.nonlinear.events import Event, events_on, gamma_slope, omega_slope
 from fenics_nnm.nonlinear.full_order import Equations
+from fenics_nnm.nonlinear.kinks import ways_on
 from fenics_nnm.nonlinear.newton import (
     Constraint,
     FixedEnergy,
@@ -46,6 +45,9 @@ _UNLOCATED = "a fold or branch point within a step is not found"
 
 #: A step back finds the point before where it misses it by less than this part of the step.
 _RETURNED = 1e-2
+
+#: Singular values of the scaled Jacobian below this leave a direction loose.
+_LOOSE = 1e-6
 
 #: A kink is passed by steps of these multiples of the smallest one.
 _PAST_KINK = (4.0, 16.0, 64.0, 256.0)
@@ -174,7 +176,7 @@ class Trace:
         )
         reached = self._past_kink(here)
         step = self._step(here, reached, past_kink=True) if reached is not None else None
-        return step, 2 * smallest, failure
+        return step, 2 * smallest, failure if step else failure + self._looseness(here)
 
     def _step(self, here: Place, reached: Place, *, past_kink: bool = False) -> _Step | None:
         """A step with its events; None where one is not found, and the step can be shorter.
@@ -227,6 +229,18 @@ class Trace:
             return reached.turned()
         return reached
 
+    def _looseness(self, here: Place) -> str:
+        """What the null space says of a point that the branch does not leave."""
+        equations = self.problem.about(here.solution.omega)
+        values, _ = null_space(equations, here.metric, here.solution)
+        loose = int(np.count_nonzero(values < _LOOSE))
+        if loose == 1:
+            return ""
+        return (
+            f"; {loose} directions of motion have no stiffness there: a branch point, or natural"
+            " frequencies that are multiples of this frequency"
+        )
+
     def _leads_back(self, here: Place, reached: Place) -> bool:
         """Whether a step back from a point, along its own tangent, finds the one before.
 
@@ -244,23 +258,13 @@ class Trace:
         """A point beyond a kink that is less than the smallest step ahead."""
         for multiple in _PAST_KINK:
             length = multiple * self.options.smallest_step
-            probe = here.at.moved(here.metric.unscaled(here.tangent), length)
-            beyond = self._beyond(probe, here)
-            guess = probe.moved(here.metric.unscaled(beyond), length)
-            reached, _ = self._reached(here, beyond, length, guess)
-            if reached is not None:
-                way = here.metric.between(here.at, reached.at)
-                if here.tangent @ way > _BACK * np.linalg.norm(way):
-                    return reached
+            for direction, guess in ways_on(self.problem, here, length):
+                reached, _ = self._reached(here, direction, length, guess)
+                if reached is not None:
+                    way = here.metric.between(here.at, reached.at)
+                    if here.tangent @ way > _BACK * np.linalg.norm(way):
+                        return reached
         return None
-
-    def _beyond(self, probe: Unknowns, here: Place) -> Array:
-        """Tangent of the piece that a point beyond a kink lies in, leading on from there."""
-        equations = self.problem.about(probe.omega)
-        found = place(equations, evaluated(equations, probe), here.tangent)
-        led = found if found.orientation * here.orientation >= 0 else found.turned()
-        direction = here.metric.scaled(led.metric.unscaled(led.tangent))
-        return np.asarray(direction / np.linalg.norm(direction))
 
     def _between(self, step: _Step) -> Iterator[tuple[float, TracePoint]]:
         """Events and hit targets within a step, in order, with their fractions of the step."""

@@ -24,6 +24,7 @@ from fenics_nnm.study import Study, read_study
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from fenics_nnm.nonlinear.branch import Encounter
     from fenics_nnm.run import RunResult
 
 #: Exit codes: all that was asked for, stopped early or something missing, bad input.
@@ -130,6 +131,10 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
         result = run_study(study, text, folder, resume=arguments.resume, stages=stages)
     if console.is_terminal:
         console.print(_result_table(result, study))
+        for encounter in result.branch.encounters:
+            console.print(_told(encounter), highlight=False, markup=False, soft_wrap=True)
+        if result.told:
+            console.print(result.told, highlight=False, markup=False, soft_wrap=True)
         closing = f"{result.branch.reason}; results in {result.folder}"
         console.print(closing, highlight=False, markup=False, soft_wrap=True)
     if not result.branch.complete:
@@ -142,13 +147,18 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
 def _check(study: Study, arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.analysis import linear_analysis
+    from fenics_nnm.auto import provisional
     from fenics_nnm.output.description import describe
 
     console = _console(MPI.COMM_WORLD)
     with _stages(console, arguments) as stages:
-        analysis = linear_analysis(study, MPI.COMM_WORLD, stages)
-        text = describe(study, analysis)
+        shown = provisional(study, MPI.COMM_WORLD, stages)
+        text = describe(shown.study, shown.analysis)
+    if study.automatic:
+        text += (
+            f'\n\n{", ".join(study.automatic)} = "auto": a run finds what a tolerance of '
+            f"{study.tolerance:g} needs; this is with {shown.study.resolution}"
+        )
     console.print(text, highlight=False, markup=False, soft_wrap=True)
     return DONE
 
@@ -161,6 +171,16 @@ def _stages(console: Console, arguments: argparse.Namespace) -> AbstractContextM
 def _console(comm: MPI.Comm) -> Console:
     """Console of rank 0; mpirun's terminals are taken for none, as it makes them for log files."""
     return Console(quiet=comm.rank > 0, force_terminal=False if comm.size > 1 else None)
+
+
+def _told(encounter: Encounter) -> str:
+    """What became of an internal resonance, in a line."""
+    entered, skipped = (
+        f"{what} at gamma ratio {', '.join(f'{ratio:g}' for ratio in ratios)}" if ratios else ""
+        for what, ratios in (("entered", encounter.entered), ("skipped", encounter.skipped))
+    )
+    told = "; ".join(text for text in (entered, skipped) if text)
+    return f"internal resonance with {encounter.name} near {encounter.frequency:.6g} Hz: {told}"
 
 
 def _result_table(result: RunResult, study: Study) -> Table:

@@ -5,27 +5,24 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from fenics_nnm.arrays import Array
 from fenics_nnm.errors import NonlinearModeError, StudyError
-from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.nonlinear.continuation import ArcContinuation, Branch, Continuation
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.branch_file import BranchHeader
 from fenics_nnm.output.staging import Stopped, living_run, remove
+from fenics_nnm.reduction.comparison import mode_signs, model_difference
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.study import Study, study_from
 from fenics_nnm.study_messages import shown
 
-#: Keys of a study that may differ: they say which points are wanted and what is written of them.
+#: Sections of a study that may differ: they say which points are wanted and what is written of
+#: them. Of the continuation some keys matter, see `_leaves`.
 _FREE = ("title", "continuation", "output")
-
-#: Largest difference of two reduced models that are the same, relative to the largest entry.
-_SAME_MODEL = 1e-6
 
 #: A point belongs to the wanted energies if it misses their ends by this part at most.
 _SAME_RATIO = 1e-9
@@ -114,41 +111,44 @@ def difference(stored: str, wanted: str) -> str:
 
 
 def known_points(
-    run: StoredRun, model: ReducedModel, start: float, stop: float
+    run: StoredRun, model: ReducedModel, wanted: Continuation
 ) -> tuple[BranchPoint, ...]:
-    """Stored points in a range of energies, in the modal coordinates of a model.
+    """Stored points that are wanted again, in the modal coordinates of a model.
 
     Modes are known up to their sign, so the columns of q take the signs of this model's modes.
 
     Args:
         run: Run to go on from.
         model: Model that the motions obey now (`model_in_contact`).
-        start: First gamma ratio.
-        stop: Last gamma ratio.
+        wanted: Which motions are wanted. Of a branch that is followed by its length the points up
+            to where it leaves the range of energies are.
 
     Raises:
         StudyError: if the stored model is another one.
     """
-    reason = _model_difference(run.header.model, model)
+    reason = model_difference(run.header.model, model)
     if reason:
         raise StudyError(
             f"{run.path}: its points cannot be taken over, as {reason}: has the mesh, or a matrix, "
             "changed?"
         )
-    signs = _signs(run.header.model, model)
-    low, high = start * (1 - _SAME_RATIO), stop * (1 + _SAME_RATIO)
-    inside = [point for point in run.points if low <= point.gamma_ratio <= high]
-    return tuple(replace(point, q=point.q * signs) for point in inside)
+    signs = mode_signs(run.header.model, model)
+    low, high = wanted.start * (1 - _SAME_RATIO), wanted.stop * (1 + _SAME_RATIO)
+    if isinstance(wanted, ArcContinuation):
+        points = list(takewhile(lambda point: low <= point.gamma_ratio <= high, run.points))
+    else:
+        points = [point for point in run.points if low <= point.position <= high]
+    return tuple(replace(point, q=point.q * signs) for point in points)
 
 
 def remove_taken_over(stopped: tuple[Stopped, ...], text: str, branch: Branch) -> None:
-    """Remove what stopped runs of a study left, where all their energies are in a new branch."""
-    ratios = {point.gamma_ratio for point in branch.points}
+    """Remove what stopped runs of a study left, where all their places are in a new branch."""
+    places = {point.position for point in branch.points}
     for run in stopped:
         if not (run.gone and run.points):
             continue
         header, points = branch_file.read(run.path / "branch.h5")
-        taken = all(point.gamma_ratio in ratios for point in points)
+        taken = all(point.position in places for point in points)
         if taken and not difference(header.study, text):
             remove(run.path)
 
@@ -158,46 +158,19 @@ def _study(text: str) -> Study:
 
 
 def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
-    """Keys and values that the points depend on."""
+    """Keys and values that the points, or their positions along the branch, depend on."""
     for section, values in study.model_dump(by_alias=True).items():
-        if section in _FREE or values is None:
-            continue
-        for key, value in values.items():
-            yield f"{section}.{key}", value
+        if section not in _FREE and values is not None:
+            for key, value in values.items():
+                yield f"{section}.{key}", value
+    chosen = study.continuation
+    yield "continuation.parameter", chosen.parameter
+    yield "continuation.internal_resonance", "follow" if chosen.by_arc else "skip"
+    if chosen.by_arc:  # positions are lengths from the beginning
+        begins = chosen.start.model_dump() if chosen.start else {}
+        yield "continuation.energies.from", chosen.energies.start
+        yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
 
 
 def _value(value: Any) -> str:
     return "not given" if value is None else shown(list(value) if type(value) is tuple else value)
-
-
-def _model_difference(stored: ReducedModel, model: ReducedModel) -> str:
-    """What differs between two reduced models, up to the signs of the modes; or nothing."""
-    if stored.Phi.shape != model.Phi.shape:
-        (points, modes), (points_now, modes_now) = stored.Phi.shape, model.Phi.shape
-        return (
-            f"its model has {modes} modes and {points} contact points, and now there are "
-            f"{modes_now} and {points_now}"
-        )
-    frequencies = np.abs(model.omega / stored.omega - 1)
-    if frequencies.max() > _SAME_MODEL:
-        mode = int(np.argmax(frequencies > _SAME_MODEL))
-        before, now = stored.omega[mode] / (2 * np.pi), model.omega[mode] / (2 * np.pi)
-        return f"linear frequency {mode + 1} was {before:.9g} Hz and is {now:.9g} Hz now"
-    if not _close(stored.gap, model.gap):
-        return "the gaps differ"
-    shapes = _close(stored.Phi, model.Phi * _signs(stored, model))
-    if not shapes:
-        return "the linear modes differ at the contact points"
-    return "" if _close(stored.R, model.R) else "the residual flexibility differs"
-
-
-def _signs(stored: ReducedModel, model: ReducedModel) -> Array:
-    """The sign of each mode of a model in terms of the stored ones, shape (J,).
-
-    A mode that is still at all contact points has either: no motion in contact has a part of it.
-    """
-    return np.where(np.einsum("ij,ij->j", stored.Phi, model.Phi) < 0, -1.0, 1.0)
-
-
-def _close(stored: Array, found: Array) -> bool:
-    return bool(np.abs(found - stored).max() <= _SAME_MODEL * np.abs(stored).max())

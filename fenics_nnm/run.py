@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import platform
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -17,8 +17,13 @@ import slepc4py
 from mpi4py import MPI
 
 import fenics_nnm
-from fenics_nnm.analysis import linear_analysis, model_in_contact, nonlinear_mode
+from fenics_nnm.analysis import (
+    model_in_contact,
+    nonlinear_mode,
+    wanted_motions,
+)
 from fenics_nnm.arrays import Array
+from fenics_nnm.auto import Choice, choice, improved
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -27,8 +32,9 @@ from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.verdict import RESONANT, STATUSES, UNCHECKED, UNRESOLVED
+from fenics_nnm.nonlinear.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
 from fenics_nnm.output import branch_file, journal
+from fenics_nnm.output.auto_report import summary_of, told, warn_of
 from fenics_nnm.output.journal import Journal
 from fenics_nnm.output.plots import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
@@ -55,11 +61,13 @@ class RunResult:
         folder: Where the results are.
         branch: The branch, with the reason of its end.
         summary: Contents of summary.json.
+        told: The numbers found for "auto" in a line; empty where all were given.
     """
 
     folder: Path
     branch: Branch
     summary: dict[str, Any]
+    told: str = ""
 
 
 def versions() -> dict[str, str]:
@@ -105,13 +113,20 @@ def run_study(
     try:
         stopped = on_root(comm, lambda: stopped_runs(folder))
         stored = on_root(comm, lambda: _to_resume(staging, stopped, text)) if resume else None
-        recorder = _Recorder(study, text, staging, stored, comm, stages)
         if comm.rank == 0 and not resume:
             _tell(stopped)
-        analysis = linear_analysis(study, comm, stages)
-        branch = recorder.follow(analysis)
+        chosen = choice(study, comm, stages, found=stored.header.resolution if stored else None)
+        while True:
+            analysis = chosen.analysis
+            recorder = _Recorder(chosen, text, staging, stored, comm, stages)
+            branch = recorder.follow(analysis)
+            finer = improved(chosen, branch.points, comm, stages)
+            if finer is None:
+                break
+            chosen, stored = finer, None
         with stages.stage("output"):
-            report_of(analysis).write_fields(staging.path / "fields", study, branch, stages)
+            fields = staging.path / "fields"
+            report_of(analysis).write_fields(fields, chosen.study, branch, stages)
             summary = recorder.write_tables(analysis, branch)
         with uninterrupted():
             on_root(comm, lambda: publish(staging.path, folder))
@@ -129,7 +144,8 @@ def run_study(
             staging.release()
     if comm.rank == 0:
         _warn(branch)
-    return RunResult(folder, branch, summary)
+        warn_of(chosen, branch)
+    return RunResult(folder, branch, summary, told(chosen, branch))
 
 
 def _to_resume(staging: Staging, stopped: tuple[Stopped, ...], text: str) -> StoredRun | None:
@@ -151,12 +167,16 @@ def _tell(stopped: tuple[Stopped, ...]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Recorder:
-    study: Study
+    chosen: Choice
     text: str
     staging: Staging
     stored: StoredRun | None
     comm: MPI.Comm
     stages: Stages
+
+    @property
+    def study(self) -> Study:
+        return self.chosen.study
 
     def follow(self, analysis: Analysis) -> Branch:
         """Follow the branch; each point is on disk before the next one is begun."""
@@ -183,7 +203,7 @@ class _Recorder:
         # one rank decides about the steps, so that round-off cannot part the ranks
         if not (self.study.full_order and isinstance(analysis, LinearAnalysis)):
             return on_root(self.comm, solve)
-        with HarmonicSolver(analysis, harmonics=self.study.mode.harmonics) as flexibility:
+        with HarmonicSolver(analysis, harmonics=self.study.resolution.harmonics) as flexibility:
             return conducted(self.comm, solve, flexibility)
 
     def write_tables(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
@@ -194,20 +214,19 @@ class _Recorder:
 
     def _begin(self, analysis: Analysis, arrays: dict[str, Array]) -> tuple[BranchPoint, ...]:
         """Make branch.h5, with the points of an earlier run that are wanted again."""
-        mode = self.study.mode
-        model = model_in_contact(self.study, analysis)
+        model, numbers = model_in_contact(self.study, analysis), self.study.resolution
         header = branch_file.BranchHeader(
             study=self.text,
             versions=versions(),
-            mode=mode.number,
-            harmonics=mode.harmonics,
-            samples=mode.samples,
-            series=mode.series,
+            mode=self.study.mode.number,
+            harmonics=numbers.harmonics,
+            samples=numbers.samples,
+            modes=numbers.modes,
+            series=self.study.mode.series,
             model=model,
         )
-        energies = self.study.continuation.energies
         stored = self.stored
-        known = known_points(stored, model, energies.start, energies.stop) if stored else ()
+        known = known_points(stored, model, wanted_motions(self.study)) if stored else ()
         branch_file.create(self.staging.branch, header, arrays, known)
         return known
 
@@ -230,14 +249,21 @@ class _Recorder:
             "title": self.study.title,
             **report_of(analysis).sizes(),
             "mode": self.study.mode.number,
-            "harmonics": self.study.mode.harmonics,
-            "samples": self.study.mode.samples,
+            "harmonics": self.study.resolution.harmonics,
+            "samples": self.study.resolution.samples,
             "linear_frequencies_Hz": [float(f) for f in analysis.modes.frequencies],
             "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi) or None,
             "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
+            **summary_of(self.chosen, branch),
             "points": len(branch.points),
             "statuses": dict(Counter(point.status for point in branch.points)),
-            "resonances": sorted({point.resonance for point in branch.points if point.resonance}),
+            "not_verified": _not_verified(branch),
+            "events": [
+                {"kind": p.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
+                for p in branch.points
+                if p.event
+            ],
+            "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
             "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,
             "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],
@@ -265,12 +291,31 @@ def _largest_return_error(branch: Branch) -> float | None:
     return max(errors) if errors and np.all(np.isfinite(errors)) else None
 
 
+def _not_verified(branch: Branch) -> list[dict[str, Any]]:
+    """Points that integration in time does not confirm, each with the reason."""
+    return [
+        {
+            "position": point.position,
+            "gamma_ratio": point.gamma_ratio,
+            "status": point.status,
+            "reason": point.reason,
+        }
+        for point in branch.points
+        if point.status != VERIFIED
+    ]
+
+
 def _warn(branch: Branch) -> None:
     """Say which points are not to be trusted as they are."""
     total = len(branch.points)
     by_status = {status: [p for p in branch.points if p.status == status] for status in STATUSES}
-    if unresolved := by_status[UNRESOLVED]:
-        _warn_unresolved(unresolved, total)
+    if failed := by_status[FAILED]:
+        logger.warning(
+            "%d of %d points failed the check in time: %s; raise mode.harmonics and mode.samples",
+            len(failed),
+            total,
+            _first_reason(failed),
+        )
     if resonant := by_status[RESONANT]:
         logger.warning(
             "%d of %d points are inside an internal resonance (%s): their frequency lies below "
@@ -279,29 +324,23 @@ def _warn(branch: Branch) -> None:
             total,
             "; ".join(sorted({point.resonance for point in resonant})),
         )
-    if unchecked := by_status[UNCHECKED]:
-        logger.warning(
-            "%d of %d points are unchecked: there is no motion in time to compare with, as contact "
-            "points carry mass or contact changes too often",
-            len(unchecked),
+    if converged := by_status[CONVERGED]:
+        unchecked = any(np.isnan(point.return_error) for point in converged)
+        logger.log(
+            logging.WARNING if unchecked else logging.INFO,
+            "%d of %d points solve their equations, but are not verified in time: %s",
+            len(converged),
             total,
+            _first_reason(converged),
         )
 
 
-def _warn_unresolved(unresolved: list[BranchPoint], total: int) -> None:
-    worst = max(unresolved, key=lambda point: point.return_error)
-    why = f"misses its start by {100 * worst.return_error:.0f} %"
-    shot = worst.shot_frequency / worst.frequency - 1
-    if not np.isnan(shot):
-        why += f", and the exact one of its energy is {100 * shot:+.1f} % away in frequency"
-    logger.warning(
-        "%d of %d points are unresolved: integrated in time over a period, the motion at "
-        "gamma_ratio %g %s; raise mode.harmonics and mode.samples",
-        len(unresolved),
-        total,
-        worst.gamma_ratio,
-        why,
-    )
+def _first_reason(points: list[BranchPoint]) -> str:
+    """Why the worst of some points is not verified, or what is said of all of them."""
+    if len({point.reason for point in points}) == 1:
+        return points[0].reason
+    worst = max(points, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
+    return f"at gamma_ratio {worst.gamma_ratio:g} {worst.reason}"
 
 
 def _note(error: BaseException, text: str) -> None:

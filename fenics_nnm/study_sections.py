@@ -12,6 +12,7 @@ from fenics_nnm.study_messages import shown
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(gt=0)]
+Auto = Literal["auto"]
 FromList = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
 Vector = Annotated[
     tuple[Annotated[float, Field(allow_inf_nan=False)], ...],
@@ -22,9 +23,6 @@ Gaps = Annotated[tuple[Positive, ...], Field(min_length=1), FromList]
 Name = Annotated[str, Field(min_length=1)]
 MatrixFile = Annotated[Path, Field(strict=False)]
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
-
-#: Most energies of a study; more are a misprint of the step.
-_MOST_STEPS = 100_000
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -199,8 +197,10 @@ class ReductionSection(Record):
         "massless",
         description='"massless" (free modes, residual flexibility), "craig-bampton", or "none"',
     )
-    modes: Count = Field(
-        40, description="number of free modes, of fixed-interface modes, or of explicit modes"
+    modes: Count | Auto = Field(
+        40,
+        description="positive number of free modes, of fixed-interface modes, or of explicit "
+        'modes; or "auto"',
     )
     interface: Literal["all", "contact"] | None = Field(
         None, description='retained directions of craig-bampton: "all" (default) or "contact"'
@@ -210,6 +210,15 @@ class ReductionSection(Record):
     def _interface_fits_method(self) -> ReductionSection:
         if self.method != "craig-bampton" and self.interface is not None:
             raise ValueError('interface belongs to method = "craig-bampton"')
+        return self
+
+    @model_validator(mode="after")
+    def _modes_fit_method(self) -> ReductionSection:
+        if self.method == "none" and self.modes == "auto":
+            raise ValueError(
+                'modes = "auto": at full order no mode is left out: must be the number of modes '
+                "that stay explicit"
+            )
         return self
 
 
@@ -243,62 +252,29 @@ class ModeSection(Record):
     """Which nonlinear mode, and its series in time."""
 
     number: Count = Field(1, description="number of the linear mode, from 1")
-    harmonics: Count = Field(10, description="number of harmonics, N")
-    samples: Count = Field(128, description="time samples of a period, at least 2 N + 1")
+    harmonic: Count = Field(
+        1, description="harmonic that the linear mode is written in at first, from 1"
+    )
+    harmonics: Count | Auto = Field(10, description='positive number of harmonics, N, or "auto"')
+    samples: Count | Auto = Field(
+        128, description='time samples of a period, at least 2 N + 1, or "auto"'
+    )
+    tolerance: Annotated[float, Field(gt=0, lt=0.1)] | None = Field(
+        None, description='relative error of the frequency that "auto" meets, below 0.1'
+    )
     series: Literal["time-reversible", "general"] = Field(
         "time-reversible", description='"time-reversible": cosines; "general": sines too'
     )
 
     @model_validator(mode="after")
     def _samples_resolve_harmonics(self) -> ModeSection:
+        if self.harmonics == "auto" or self.samples == "auto":
+            return self
         least = 2 * self.harmonics + 1
         if self.samples < least:
             raise ValueError(
                 f"samples = {self.samples} with harmonics = {self.harmonics}: "
                 f"must be at least 2 harmonics + 1 = {least}"
-            )
-        return self
-
-
-class Energies(Record):
-    """Range of energies, as ratios of gamma to its value at grazing."""
-
-    start: Positive = Field(0.7, alias="from", description="first gamma ratio")
-    stop: Positive = Field(3.0, alias="to", description="last gamma ratio")
-    step: Positive = Field(0.1, description="largest step of the gamma ratio")
-
-    @model_validator(mode="after")
-    def _ascending(self) -> Energies:
-        if self.start >= self.stop:
-            raise ValueError(f"from = {self.start:g}, to = {self.stop:g}: from must be below to")
-        if self.stop - self.start > _MOST_STEPS * self.step:
-            raise ValueError(f"step = {self.step:g}: must give at most {_MOST_STEPS} steps")
-        return self
-
-
-class ContinuationSection(Record):
-    """Which energies to visit."""
-
-    energies: Energies = Field(Energies(), description="range { from, to, step } of gamma ratios")
-    report_at: Annotated[tuple[Positive, ...], FromList] = Field(
-        (), description="gamma ratios that get a point and ParaView files"
-    )
-
-    shooting: bool = Field(
-        True, description="true or false: shoot for the exact motion in time near each point"
-    )
-
-    @model_validator(mode="after")
-    def _inside_range(self) -> ContinuationSection:
-        for ratio in self.report_at:
-            if not self.energies.start <= ratio <= self.energies.stop:
-                raise ValueError(
-                    f"report_at = {ratio:g}: must lie between energies.from = "
-                    f"{self.energies.start:g} and energies.to = {self.energies.stop:g}"
-                )
-        if len({f"{ratio:g}" for ratio in self.report_at}) < len(self.report_at):
-            raise ValueError(
-                f"report_at = {list(self.report_at)}: must differ, and in the first six digits"
             )
         return self
 

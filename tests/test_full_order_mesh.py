@@ -138,7 +138,7 @@ def test_rotor37_reduced_models_converge_to_full_order_as_predicted() -> None:
             assert point.reduction_error == pytest.approx(error, rel=0.05)
             assert exact.virial_error < 1e-8
             assert exact.complementarity < 1e-10
-            assert exact.status == "converged"
+            assert exact.status in ("verified", "converged")
         worst.append(max(errors))
     assert worst[-1] < 1e-3
     assert worst[0] > worst[1] > worst[2]

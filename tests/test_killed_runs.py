@@ -4,51 +4,26 @@ from __future__ import annotations
 
 import json
 import os
-import random
 import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import h5py
-import numpy as np
 import pytest
 from conftest import Ended, contents
+from killed_runs import NOTING, branch_in, noted_points, numbers, run_noting, wait_for
 
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output import branch_file, journal, owner
+from fenics_nnm.output import branch_file, owner
 from fenics_nnm.output.owner import Standing
 from fenics_nnm.output.staging import publish, running_folders, stopped_runs
-from fenics_nnm.output.stored_branch import read_stored_branch
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
 
 RESULTS = {"backbone.csv", "backbone.png", "branch.h5", "fields", "summary.json"}
-
-#: Runs a study; each point that was stored is noted in a file of its own, and takes 50 ms.
-NOTING = """
-import json, sys, time
-import fenics_nnm.run
-from fenics_nnm.cli import main
-
-store = fenics_nnm.run._store
-
-def noting(points, point):
-    store(points, point)
-    arrays = [getattr(point, name).tolist() for name in ("q", "force", "free")]
-    line = json.dumps([point.gamma_ratio, point.frequency, point.energy, *arrays])
-    with open("noted", "a") as file:
-        file.write(line + chr(10))
-    time.sleep(0.05)
-
-fenics_nnm.run._store = noting
-sys.exit(main(sys.argv[1:]))
-"""
 
 #: Goes through the storage of a run, killed at the step given; 0 counts the steps.
 STEPS = """
@@ -72,13 +47,14 @@ def watch(event, arguments):
 
 def point(ratio, value):
     scalars = {name: value for name in journal.SCALARS}
-    scalars.update(gamma_ratio=ratio, status="unchecked", resonance="", iterations=1)
+    scalars.update(position=ratio, gamma_ratio=ratio, iterations=1, reason="")
+    scalars.update(status="converged", resonance="", skipped="", event="")
     return BranchPoint(**scalars, **{name: np.full((3, 2), value) for name in journal.ARRAYS})
 
 def whole_run(folder):
     own = staging.claim(folder)
     model = ReducedModel(np.ones(2), np.ones((2, 2)), np.eye(2), np.ones(2))
-    header = branch_file.BranchHeader("", {}, 1, 2, 4, "time-reversible", model)
+    header = branch_file.BranchHeader("", {}, 1, 2, 4, 1, "time-reversible", model)
     points = [point(1.0 + n / 10, float(n)) for n in range(3)]
     branch_file.create(own.branch, header, {"mesh/points": np.zeros((5, 3))})
     written = journal.opened(own.branch)
@@ -115,84 +91,6 @@ while True:
     if last > total:
         break
 """
-
-
-def run_noting(folder: Path, study: Path) -> subprocess.Popen[bytes]:
-    """Begin a run whose points are noted in `noted`."""
-    script = folder / "noting.py"
-    script.write_text(NOTING)
-    (folder / "noted").unlink(missing_ok=True)
-    return subprocess.Popen(
-        [sys.executable, script, "run", study, "--output", "out"],
-        cwd=folder,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-
-
-def noted_points(folder: Path) -> list[list[Any]]:
-    """Numbers of the points noted so far; a last line cut short was not reported yet."""
-    try:
-        lines = (folder / "noted").read_text().splitlines(keepends=True)
-    except FileNotFoundError:
-        return []
-    return [json.loads(line) for line in lines if line.endswith("\n")]
-
-
-def numbers(point: BranchPoint) -> list[Any]:
-    """Numbers of a point, as they are noted."""
-    arrays = [getattr(point, name).tolist() for name in journal.ARRAYS]
-    return [point.gamma_ratio, point.frequency, point.energy, *arrays]
-
-
-def wait_for(condition: Callable[[], object], process: subprocess.Popen[Any]) -> None:
-    """Wait until something holds, or a process has ended."""
-    end = time.monotonic() + 60
-    while not condition() and process.poll() is None and time.monotonic() < end:
-        time.sleep(0.005)
-
-
-def branch_in(folder: Path) -> Path:
-    """The one branch.h5 of a results folder, of a finished run or not."""
-    (path,) = [*folder.glob("branch.h5"), *folder.glob(".running-*/branch.h5")]
-    return path
-
-
-def assert_all_open(folder: Path) -> None:
-    """Every file that is not being written opens."""
-    for path in folder.rglob("*.h5"):
-        with h5py.File(path) as file:
-            assert file.attrs["format"] == branch_file.FORMAT
-    for path in folder.rglob("branch.points/*.npz"):
-        with np.load(path) as arrays:
-            assert set(arrays) == {"q", "force", "free", "scalars"}
-
-
-def test_killed_at_random_moments(study_file: StudyFile, tmp_path: Path) -> None:
-    study = study_file(continuation={"energies": {"to": 1.1, "step": 0.02}, "report_at": []})
-    chance, counts, places = random.Random(20110), [], set()
-    for moment in [chance.uniform(0, 1.6) for _ in range(10)]:
-        process = run_noting(tmp_path, study)
-        wait_for(lambda: (tmp_path / "noted").exists(), process)
-        time.sleep(moment)
-        process.kill()
-        process.wait()
-        noted = noted_points(tmp_path)
-        path = branch_in(tmp_path / "out")
-        assert_all_open(tmp_path / "out")
-        _, points = branch_file.read(path)
-        found = {point.gamma_ratio: numbers(point) for point in points}
-        expected = {values[0]: values for values in noted}
-        # one more may be stored and not noted yet
-        assert {ratio: found.get(ratio) for ratio in expected} == expected
-        assert len(found) - len(expected) in (0, 1)
-        stored = read_stored_branch(path)
-        assert stored.displacement(points[-1], np.zeros(1)).shape == (1, 5, 1)
-        counts.append(len(found))
-        places.add(path.parent.name)
-        (tmp_path / "out").rename(tmp_path / f"out-{len(counts)}")
-    assert len(set(counts)) > 4, counts
-    assert ".running-1" in places
 
 
 @pytest.fixture(scope="module", params=["older", "empty"])
@@ -316,6 +214,19 @@ def test_killed_before_its_first_point_leaves_nothing_for_long(
     assert owner.standing(path) is Standing.LIVING  # this very process
     (path / owner.NAME).write_text(json.dumps({**known, "started": known["started"] - 1}))
     assert owner.standing(path) is Standing.GONE  # another one had its number before
+    ended = command("run", study_file(), "--output", "out")
+    assert (ended.code, ended.err) == (0, "")
+    assert {found.name for found in path.parent.iterdir()} == RESULTS
+
+
+@pytest.mark.parametrize("begun", [True, False])
+def test_killed_before_it_said_whose_its_folder_is(
+    begun: bool, study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    path = tmp_path / "out" / ".running-1"
+    path.mkdir(parents=True)
+    if begun:
+        (path / "owner.json.part").touch()
     ended = command("run", study_file(), "--output", "out")
     assert (ended.code, ended.err) == (0, "")
     assert {found.name for found in path.parent.iterdir()} == RESULTS

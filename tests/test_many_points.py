@@ -103,7 +103,7 @@ def test_methods_agree(runs: dict[str, tuple[Study, LinearAnalysis, Branch]]) ->
     apart = [abs(craig_bampton[ratio] / massless[ratio] - 1) for ratio in common]
     assert max(apart) < 4e-3
     assert massless[2.0] > 1.04
-    assert {point.status for point in runs["plate"][2].points} == {"converged"}
+    assert {point.status for point in runs["plate"][2].points} <= {"verified", "converged"}
 
 
 def test_pressure_of_both_methods_is_smooth(

@@ -18,6 +18,7 @@ from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.cli import main
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.nonlinear.continuation import EnergyContinuation
 from fenics_nnm.nonlinear.fourier import CosineSeries
 from fenics_nnm.output import branch_file, owner
 from fenics_nnm.output.staging import Stopped, running_folders, stopped_runs
@@ -172,13 +173,13 @@ def test_only_wanted_energies_are_taken_over(plate_run: tuple[StoredRun, LinearA
     stored, analysis = plate_run
     ratios = [point.gamma_ratio for point in stored.points]
     assert len(ratios) == 4
-    for first, last in [(0, 3), (1, 2), (2, 2)]:
+    for first, last in [(0, 3), (1, 2), (2, 3)]:
         # ends that differ in the last digit, as steps of another width give them
         low, high = np.nextafter(ratios[first], 9), np.nextafter(ratios[last], 0)
-        points = known_points(stored, analysis.model, low, high)
+        points = known_points(stored, analysis.model, EnergyContinuation(low, high, 0.1))
         assert [point.gamma_ratio for point in points] == ratios[first : last + 1]
-    assert known_points(stored, analysis.model, 1.2, 3.0) == ()
-    assert len(known_points(stored, analysis.model, 0.1, 5.0)) == 4
+    assert known_points(stored, analysis.model, EnergyContinuation(1.2, 3.0, 0.1)) == ()
+    assert len(known_points(stored, analysis.model, EnergyContinuation(0.1, 5.0, 0.1))) == 4
 
 
 def test_signs_of_the_modes_are_those_of_the_new_model(
@@ -190,7 +191,7 @@ def test_signs_of_the_modes_are_those_of_the_new_model(
     assert max(point.contact_fraction for point in stored.points) > 0
     for signs in ([1, 1, 1], [-1, 1, 1], [1, -1, -1]):
         flipped = ReducedModel(model.omega, model.Phi * signs, model.R, model.gap)
-        points = known_points(stored, flipped, 0.8, 1.1)
+        points = known_points(stored, flipped, EnergyContinuation(0.8, 1.1, 0.1))
         for before, point in zip(stored.points, points, strict=True):
             np.testing.assert_array_equal(point.q, before.q * signs)
             np.testing.assert_allclose(point.q @ flipped.Phi.T, point.free, atol=1e-9 * 1e-3)
@@ -230,7 +231,7 @@ def test_other_models_are_refused(
     changes = change(model)
     kept = {name: getattr(model, name) for name in ("omega", "Phi", "R", "gap")}
     with pytest.raises(StudyError, match=f"cannot be taken over, as {told}"):
-        known_points(stored, ReducedModel(**{**kept, **changes}), 0.8, 1.1)
+        known_points(stored, ReducedModel(**{**kept, **changes}), EnergyContinuation(0.8, 1.1, 0.1))
 
 
 def test_round_off_is_no_other_model(plate_run: tuple[StoredRun, LinearAnalysis]) -> None:
@@ -239,7 +240,7 @@ def test_round_off_is_no_other_model(plate_run: tuple[StoredRun, LinearAnalysis]
     near = ReducedModel(
         model.omega * slightly, model.Phi * slightly, model.R * slightly, model.gap * slightly
     )
-    assert len(known_points(stored, near, 0.8, 1.1)) == 4
+    assert len(known_points(stored, near, EnergyContinuation(0.8, 1.1, 0.1))) == 4
 
 
 def test_resumed_run_keeps_the_points_that_it_began_with(tmp_path: Path) -> None:

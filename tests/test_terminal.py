@@ -20,7 +20,7 @@ import fenics_nnm.run
 from fenics_nnm.cli import _result_table
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.verdict import STATUSES, UNCHECKED, UNRESOLVED
+from fenics_nnm.nonlinear.verdict import CONVERGED, FAILED, STATUSES, WITH_MASS
 from fenics_nnm.run import RunResult
 from fenics_nnm.study import read_study
 
@@ -28,6 +28,7 @@ StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
 
 POINT = BranchPoint(
+    position=1.0625,
     gamma_ratio=1.0625,
     frequency=123456.789,
     frequency_ratio=1.123456,
@@ -35,17 +36,29 @@ POINT = BranchPoint(
     energy=1.0,
     residual=0.0,
     penetration=0.0,
+    tension=0.0,
     complementarity=0.0,
     reduction_residual=0.0,
     reduction_error=0.0,
     virial_error=0.0,
+    energy_variation=0.0,
     contact_fraction=0.0,
     iterations=3,
-    status=UNRESOLVED,
+    status=FAILED,
+    reason="after one period the motion misses its start by 50%",
     resonance="",
+    skipped="",
+    event="",
     return_error=0.5,
+    return_error_10=1.0,
+    energy_drift=0.0,
     shot_frequency=float("nan"),
+    shot_distance=float("nan"),
+    shot_return_error=float("nan"),
     largest_multiplier=float("nan"),
+    harmonics_error=0.0,
+    samples_error=0.0,
+    error_remainder=0.0,
     q=np.zeros((2, 1)),
     force=np.zeros((3, 1)),
     free=np.zeros((2, 1)),
@@ -76,16 +89,18 @@ def warned(caplog: pytest.LogCaptureFixture, *points: BranchPoint) -> str:
     return message
 
 
-def test_unresolved_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
-    message = warned(caplog, POINT, replace(POINT, gamma_ratio=2.0, return_error=0.75))
-    assert "2 of 2 points are unresolved" in message
-    assert "gamma_ratio 2 misses its start by 75 %; raise mode.harmonics" in message
+def test_failed_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    worse = replace(POINT, gamma_ratio=2.0, return_error=0.75, reason="misses its start by 75%")
+    message = warned(caplog, POINT, worse)
+    assert "2 of 2 points failed the check in time: at gamma_ratio 2 misses its start by 75%" in (
+        message
+    )
 
 
-def test_too_stiff_a_contact_has_no_percentage(caplog: pytest.LogCaptureFixture) -> None:
-    message = warned(caplog, replace(POINT, return_error=np.nan, status=UNCHECKED))
-    assert "1 of 1 points are unchecked" in message
-    assert "contact changes too often" in message
+def test_points_without_a_check_in_time_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    massive = replace(POINT, return_error=np.nan, status=CONVERGED, reason=WITH_MASS)
+    message = warned(caplog, massive, replace(massive, gamma_ratio=2.0))
+    assert "2 of 2 points solve their equations, but are not verified in time: contact" in message
     assert "nan" not in message
 
 

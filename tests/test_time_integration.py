@@ -65,7 +65,7 @@ def test_return_errors_of_the_program_agree_with_this_integration() -> None:
     continuation = EnergyContinuation(0.9, 2.0, 0.1)
     branch = follow(MODEL, continuation, HarmonicBalance(5, 512), mode=0)
     assert branch.points[-1].return_error == pytest.approx(return_error(5, 2.0), rel=0.05)
-    assert branch.points[-1].status == "converged"
+    assert branch.points[-1].status == "converged"  # and not verified: five are too few
     assert branch.points[0].return_error < 1e-10  # below grazing the motion is exact
 
 
@@ -73,7 +73,7 @@ def test_motion_with_too_few_harmonics_is_marked() -> None:
     # stiff contact in the middle of a mode that must stop at once: two harmonics cannot do that
     model = ReducedModel([1.0, 3.3], [[1.0, 1.0]], [[1e-3]], [1.0])
     branch = follow(model, EnergyContinuation(0.9, 2.0, 0.1), HarmonicBalance(2, 64), mode=0)
-    assert {point.status for point in branch.points if point.gamma_ratio > 1.5} == {"unresolved"}
+    assert {point.status for point in branch.points if point.gamma_ratio > 1.5} == {"failed"}
 
 
 def test_energy_of_the_point_is_that_of_its_initial_state() -> None:

@@ -41,7 +41,7 @@ def run(name: str) -> RunResult:
 # The coarse rod has its first frequency at 1297.5 Hz, 0.03 % above sqrt(E / rho) / 4 L.
 
 # %%
-print("paper: its five harmonics cannot follow the contact, so points are marked unresolved")
+print("paper: its five harmonics cannot follow the contact, so points fail the check in time")
 paper = run("paper")
 first = paper.summary["linear_frequencies_Hz"][0]
 print(f"paper: first linear frequency {first:.2f} Hz; {paper.branch.reason}")
@@ -75,7 +75,7 @@ assert max(map(abs, error.values())) < 0.03
 beyond = [point for point in points if point.gamma_ratio > 1.01]
 exact = frequency_ratio(np.array([point.gamma_ratio for point in beyond]))
 missed = np.abs(np.array([point.frequency_ratio for point in beyond]) / exact - 1)
-unmarked = missed[[point.status == "converged" for point in beyond]]
+unmarked = missed[[point.status in ("verified", "converged") for point in beyond]]
 print(
     f"{len(beyond)} points beyond grazing, {len(beyond) - len(unmarked)} of them marked; the other "
     f"ones within {unmarked.max():.3%} of the exact frequency, median {np.median(unmarked):.3%}"

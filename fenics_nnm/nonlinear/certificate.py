@@ -1,45 +1,60 @@
-"""What shooting finds near the points of a branch: the true motion, and its stability."""
+"""What shooting finds near a point of a branch: the true motion, and its stability."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from fenics_nnm.nonlinear.family import Steps
 from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.shooting import Shooting, shoot
+from fenics_nnm.nonlinear.shooting import Shooting, ShotMotion, shoot
 from fenics_nnm.nonlinear.stability import stability
-from fenics_nnm.reduction.model import ReducedModel
 
-#: Up to this part above grazing there is no contact.
-_AT_GRAZING = 1e-9
-
-#: No walks along a family: a point that is not near a true motion of its energy stays without one.
+#: No walk along a family: a point that is not near a true motion of its energy stays without one.
 _DIRECT = Shooting(steps=Steps(walk=0))
 
+#: A point that comes back within this after a period is near one: there a short walk is worth it.
+_NEAR = 0.05
+_SHORT_WALK = Shooting(steps=Steps(walk=20))
 
-def certified(
-    model: ReducedModel, series: Series, points: Sequence[BranchPoint]
-) -> tuple[BranchPoint, ...]:
-    """The points with the frequency and the largest Floquet multiplier of the shot motion.
+
+def certified(flow: Flow, series: Series, point: BranchPoint) -> BranchPoint:
+    """A point with the shot motion of its energy and the largest Floquet multiplier of that.
 
     Args:
-        model: Reduced model in SI units, with massless contact points.
-        series: Series that the points are written in.
-        points: Points of a branch of this model.
+        flow: Flow of the model that the point belongs to, in SI units.
+        series: Series that the point is written in.
+        point: Point with its return error; where no motion is found, its `reason` becomes why.
     """
-    flow = Flow(model)
-    return tuple(_certified(flow, series, point) for point in points)
-
-
-def _certified(flow: Flow, series: Series, point: BranchPoint) -> BranchPoint:
-    if point.gamma_ratio <= 1 + _AT_GRAZING:  # a linear mode
-        return replace(point, shot_frequency=point.frequency, largest_multiplier=1.0)
-    shot = shoot(flow, series, point, options=_DIRECT)
+    shot = shot_motion(flow, series, point)
     if not shot.converged:
-        return point
+        return replace(point, reason=f"no exact motion of its energy nearby: {shot.failure}")
     found = stability(flow, shot)
-    largest = float("nan") if found.failure else float(found.largest)
-    return replace(point, shot_frequency=shot.frequency, largest_multiplier=largest)
+    return replace(
+        point,
+        shot_frequency=shot.frequency,
+        shot_distance=shot.distance,
+        shot_return_error=shot.return_error,
+        largest_multiplier=found.largest,
+    )
+
+
+def shot_motion(flow: Flow, series: Series, point: BranchPoint) -> ShotMotion:
+    """The motion of the energy of a point, by Newton's iteration, or also by a short walk."""
+    direct = shoot(flow, series, point, options=_DIRECT)
+    if direct.converged or not point.return_error <= _NEAR:
+        return direct
+    walked = shoot(flow, series, point, options=_SHORT_WALK)
+    return walked if walked.converged else direct
+
+
+def of_linear_mode(point: BranchPoint) -> BranchPoint:
+    """A point without contact: the linear mode itself is its exact motion, and stable."""
+    return replace(
+        point,
+        shot_frequency=point.frequency,
+        shot_distance=0.0,
+        shot_return_error=0.0,
+        largest_multiplier=1.0,
+    )

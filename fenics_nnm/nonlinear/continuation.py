@@ -1,19 +1,20 @@
-"""Continuation of a nonlinear mode over energy."""
+"""Continuation of a nonlinear mode."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-
-import numpy as np
 
 from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.advice import advice
+from fenics_nnm.nonlinear.arc_march import ArcMarch
+from fenics_nnm.nonlinear.branch import Branch
+from fenics_nnm.nonlinear.frequency_sweep import FrequencySweep
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model, levels
-from fenics_nnm.nonlinear.lift import SHARE_DROP, Lift, Stack
+from fenics_nnm.nonlinear.lift import Lift
+from fenics_nnm.nonlinear.march import March
 from fenics_nnm.nonlinear.mode import HarmonicEquations
-from fenics_nnm.nonlinear.newton import Newton, Solution
+from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
 from fenics_nnm.nonlinear.reduction_error import (
     NO_ERROR,
@@ -21,78 +22,32 @@ from fenics_nnm.nonlinear.reduction_error import (
     ReductionError,
     reduction_error,
 )
+from fenics_nnm.nonlinear.series_error import series_error
+from fenics_nnm.nonlinear.targets import (
+    ArcContinuation,
+    Continuation,
+    EnergyContinuation,
+    FrequencyContinuation,
+)
 from fenics_nnm.nonlinear.verdict import judged
 from fenics_nnm.reduction.model import ReducedModel, Scales
 from fenics_nnm.reduction.truncation import Truncation
 
-#: Energies that differ by less than this part are the same.
-_SAME = 1e-9
+__all__ = [
+    "ArcContinuation",
+    "Branch",
+    "Continuation",
+    "EnergyContinuation",
+    "FrequencyContinuation",
+    "follow",
+]
 
-logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class EnergyContinuation:
-    """Which energies to visit; all are ratios gamma / gamma_grazing.
-
-    Attributes:
-        start: First ratio.
-        stop: Last ratio.
-        step: Largest step.
-        smallest_step: A step that fails is halved down to this.
-        report_at: Ratios that must be among the points.
-        newton: Newton's configuration.
-    """
-
-    start: float
-    stop: float
-    step: float
-    smallest_step: float = 0.005
-    report_at: tuple[float, ...] = ()
-    newton: Newton = field(default_factory=lambda: Newton(iterations=25))
-
-    def __post_init__(self) -> None:
-        if not 0 < self.start < self.stop:
-            raise ModelError(
-                f"energies from {self.start:g} to {self.stop:g}: must be 0 < from < to"
-            )
-        outside = [ratio for ratio in self.report_at if not self.start <= ratio <= self.stop]
-        if outside:
-            raise ModelError(
-                f"report_at = {outside[0]:g}: must lie between {self.start:g} and {self.stop:g}"
-            )
-
-    def targets(self) -> list[float]:
-        """Ratios to visit, ascending: equal steps no larger than `step`, and `report_at`."""
-        count = int(np.ceil((self.stop - self.start) / self.step - 1e-9))
-        grid = self.start + (self.stop - self.start) * np.arange(count + 1) / count
-        free = [g for g in grid if all(abs(g - r) > 1e-9 * r for r in self.report_at)]
-        return sorted({*(float(g) for g in free), *self.report_at})
-
-
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """A branch and the reason of its end.
-
-    Attributes:
-        points: Converged points, by ascending energy.
-        failures: Wanted ratios without a point, each with the reason.
-        reason: Why the branch ended.
-    """
-
-    points: tuple[BranchPoint, ...]
-    failures: tuple[tuple[float, str], ...]
-    reason: str
-
-    @property
-    def complete(self) -> bool:
-        """Whether every wanted energy has a point."""
-        return not self.failures
+Failures = tuple[tuple[float, str], ...]
 
 
 def follow(
     model: ReducedModel,
-    continuation: EnergyContinuation,
+    continuation: Continuation,
     balance: HarmonicBalance,
     *,
     mode: int,
@@ -101,17 +56,13 @@ def follow(
     shooting: bool = False,
     known: Sequence[BranchPoint] = (),
     on_point: Callable[[BranchPoint], None] = lambda point: None,
-    on_progress: Callable[[float], None] = lambda ratio: None,
+    on_progress: Callable[[float], None] = lambda place: None,
 ) -> Branch:
-    """Follow a nonlinear mode over energy.
-
-    Each energy is approached from coarse to fine levels, so a point inside an internal resonance
-    does not spoil those after it. A second look, down the branch, tries the energies that could
-    not be reached from below, and those whose motion has lost energy to other modes.
+    """Follow a nonlinear mode.
 
     Args:
         model: Reduced model in SI units.
-        continuation: Energies to visit.
+        continuation: Energies or frequencies to visit, or a branch to follow by its length.
         balance: Series in time, and how contact is found.
         mode: Index of the linear mode that the branch starts at, from 0.
         flexibility: Residual flexibility of the full model, in SI units, for a branch of full
@@ -121,33 +72,31 @@ def follow(
             contact points carry no mass.
         known: Points found before, in SI units; they are part of the branch as they are.
         on_point: Called with each converged point before the next one is begun; a later point at
-            the same energy replaces the earlier one. The check of periodicity comes at the end.
-        on_progress: Called with each energy ratio that has been dealt with.
+            the same position replaces the earlier one. The check of periodicity comes at the end.
+        on_progress: Called with each place that has been dealt with.
 
     Raises:
-        ModelError: if the mode is not in the model or never touches.
+        ModelError: if the mode is not in the model or never touches, or contact points carry mass
+            and the continuation is not one in energy.
     """
     if not 0 <= mode < model.modes:
         raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
+    obeyed = contact_model(model, balance, full_order=flexibility is not None)
     scaled, scales = model.dimensionless(mode)
     beyond = flexibility and _dimensionless(flexibility, scales)
     lift = Lift(levels(scaled, balance, mode=mode, flexibility=beyond), mode, continuation.newton)
     finest = lift.levels[-1].equations
     error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
-    maker = PointMaker(finest, scales, error)
-    march = _March(lift, maker, continuation, on_point)
-    march.take_over(known)
-    for target in continuation.targets():
-        if not march.has(target):
-            march.reach(target)
-        on_progress(target)
-    march.second_look()
-    found = [march.points[ratio] for ratio in sorted(march.points)]
-    obeyed = contact_model(model, balance, full_order=flexibility is not None)
+    harmonic = continuation.harmonic if isinstance(continuation, ArcContinuation) else 1
+    maker = PointMaker(
+        finest, scales, error, lambda solution: series_error(finest, solution), harmonic
+    )
+    found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
+    if failures:
+        reason = f"{reason}; {advice(continuation, balance.series)}"
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
-    points = judged(obeyed, balance.series, found, mode=mode, shooting=shooting)
-    failures = tuple(sorted(march.failures.items()))
-    return Branch(points, failures, _reason(continuation, points, failures))
+    points = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
+    return Branch(points, failures, reason)
 
 
 def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySource:
@@ -166,87 +115,40 @@ def _error_estimate(
     return lambda solution: reduction_error(known, equations, solution)
 
 
-@dataclass(slots=True)
-class _March:
-    """Run state of `follow`."""
-
-    lift: Lift
-    maker: PointMaker
-    continuation: EnergyContinuation
-    on_point: Callable[[BranchPoint], None]
-    points: dict[float, BranchPoint] = field(default_factory=dict)
-    stacks: dict[float, Stack] = field(default_factory=dict)
-    failures: dict[float, str] = field(default_factory=dict)
-
-    def take_over(self, known: Sequence[BranchPoint]) -> None:
-        """Begin with points that were found before."""
-        for point in known:
-            ratio = point.gamma_ratio
-            self.points[ratio] = point
-            self.stacks[ratio] = self.lift.restored(ratio, self.maker.solution(point))
-
-    def has(self, target: float) -> bool:
-        """Whether there is a point at an energy."""
-        return any(abs(ratio - target) <= _SAME * target for ratio in self.points)
-
-    def reach(self, target: float, first: Stack | None = None) -> None:
-        """Get to `target` in halved steps where one step fails.
-
-        Args:
-            target: Wanted energy ratio.
-            first: Point to begin at; the nearest one if None.
-        """
-        at = target
-        neighbour = first or self._nearest(target)
-        while True:
-            stack = self.lift.at(at, neighbour)
-            if stack.finest is not None:
-                self._accept(stack)
-                if at == target:
-                    return
-                at, neighbour = target, stack
-                continue
-            logger.info("gamma_ratio %.4f: %s", at, stack.failure)
-            self.failures.setdefault(target, stack.failure)
-            start = neighbour.gamma_ratio if neighbour else at
-            at = (start + at) / 2
-            if abs(at - start) < self.continuation.smallest_step:
-                return
-
-    def second_look(self) -> None:
-        """Go down the branch: try again what is missing, or has lost energy to other modes."""
-        for ratio in sorted({*self.stacks, *self.failures}, reverse=True):
-            above = min((g for g in self.stacks if g > ratio), default=None)
-            if above is None:
-                continue
-            if ratio in self.failures:
-                self.reach(ratio, self.stacks[above])
-            elif self.stacks[ratio].share < self.stacks[above].share - SHARE_DROP:
-                stack = self.lift.at(ratio, self.stacks[above])
-                if stack.share > self.stacks[ratio].share:
-                    self._accept(stack)
-
-    def _nearest(self, target: float) -> Stack | None:
-        nearest = min(self.stacks, key=lambda ratio: abs(ratio - target), default=None)
-        return None if nearest is None else self.stacks[nearest]
-
-    def _accept(self, stack: Stack) -> None:
-        assert stack.finest is not None
-        point = self.maker.point(stack.gamma_ratio, stack.finest)
-        self.on_point(point)
-        self.stacks[stack.gamma_ratio] = stack
-        self.points[stack.gamma_ratio] = point
-        self.failures.pop(stack.gamma_ratio, None)
+def _followed(
+    lift: Lift,
+    maker: PointMaker,
+    continuation: Continuation,
+    known: Sequence[BranchPoint],
+    on_point: Callable[[BranchPoint], None],
+    on_progress: Callable[[float], None],
+) -> tuple[list[BranchPoint], Failures, str]:
+    """Points in the order of the branch, what is missing, and why the branch ended."""
+    if isinstance(continuation, ArcContinuation):
+        arc = ArcMarch(lift, maker, continuation, on_point)
+        arc.run(known, on_progress)
+        last = arc.points[-1].gamma_ratio if arc.points else continuation.start
+        return arc.points, ((last, arc.failure),) if arc.failure else (), arc.reason
+    sweep = None if isinstance(continuation, EnergyContinuation) else FrequencySweep(lift)
+    march = March(sweep or lift, maker, continuation.name, continuation.smallest_step, on_point)
+    march.take_over(known)
+    march.run(continuation.targets(), on_progress)
+    if sweep:
+        march.pass_energies(continuation.report_at, sweep.at_energy)
+    points = [march.points[place] for place in sorted(march.points)]
+    failures = tuple(sorted(march.failures.items()))
+    return points, failures, _reason(continuation, points, failures)
 
 
 def _reason(
-    continuation: EnergyContinuation,
-    points: tuple[BranchPoint, ...],
-    failures: tuple[tuple[float, str], ...],
+    continuation: Continuation,
+    points: Sequence[BranchPoint],
+    failures: Failures,
 ) -> str:
+    name = continuation.name
     if not failures:
-        return f"reached gamma_ratio {continuation.stop:g}"
+        return f"reached {name} {continuation.stop:g}"
     if not points:
-        return f"no point converged; at gamma_ratio {failures[0][0]:g}: {failures[0][1]}"
+        return f"no point converged; at {name} {failures[0][0]:g}: {failures[0][1]}"
     missing = ", ".join(f"{ratio:g}" for ratio, _ in failures)
-    return f"no point at gamma_ratio {missing}: {failures[0][1]}"
+    return f"no point at {name} {missing}: {failures[0][1]}"

@@ -9,8 +9,8 @@ from enum import StrEnum
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.arc_length import Place, Problem, null_space
-from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.nonlinear.arc_length import Metric, Place, Problem, null_space, place, unknowns
+from fenics_nnm.nonlinear.newton import Solution, Unknowns
 from fenics_nnm.nonlinear.segment import NotOnSegmentError, Segment
 
 #: Slopes d ln gamma / ds and d ln omega / ds below this are round-off: the branch is level there.
@@ -65,6 +65,22 @@ class Event:
     def solution(self) -> Solution:
         """Motion at the event."""
         return self.place.solution
+
+
+def branch_point_at(problem: Problem, solution: Solution, along: Unknowns) -> Event:
+    """A branch point that was located before.
+
+    Args:
+        problem: Equations.
+        solution: Motion at the branch point.
+        along: Direction of the known branch.
+    """
+    equations = problem.about(solution.omega)
+    metric = Metric.about(equations, unknowns(solution))
+    way = metric.scaled(along)
+    at = replace(place(equations, solution, way), tangent=way / np.linalg.norm(way))
+    values, kernel = _kernel(problem, at)
+    return Event(EventKind.BRANCH_POINT, at, 0.0, not len(kernel), values, kernel)
 
 
 def gamma_slope(problem: Problem, point: Place) -> float:

@@ -55,7 +55,7 @@ class FrequencyLift:
         """
         omega, found = coarse.omega, None
         for number in range(_TRIES):
-            found = self._warm(omega, gamma, found) or self._lifted(omega, gamma, coarse)
+            found = self.warm(omega, gamma, found) or self.lifted(omega, gamma, coarse)
             if found is None:
                 side = -1 if number % 2 else 1
                 omega *= 1 + side * (number + 1) * _ASIDE
@@ -67,13 +67,13 @@ class FrequencyLift:
             omega = float(omega * (1 + change))
         return None
 
-    def _warm(self, omega: float, gamma: float, nearby: Solution | None) -> Solution | None:
+    def warm(self, omega: float, gamma: float, nearby: Solution | None) -> Solution | None:
         """From a motion of the finest level at a nearby frequency."""
         if nearby is None:
             return None
         return self._solved(self.levels[-1], omega, gamma, nearby.q)
 
-    def _lifted(self, omega: float, gamma: float, coarse: Solution) -> Solution | None:
+    def lifted(self, omega: float, gamma: float, coarse: Solution) -> Solution | None:
         """From the coarsest level; levels without a solution are passed over."""
         whole, found = self.levels[0].extended(coarse.q), None
         for level in self.levels[1:]:

@@ -19,9 +19,13 @@ from fenics_nnm.nonlinear.augmented_lagrangian import (
 from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource, full_order_solution
+from fenics_nnm.nonlinear.full_order_solver import (
+    FlexibilitySource,
+    Solver,
+    full_order_solution,
+)
 from fenics_nnm.nonlinear.mode import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
 from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
 from fenics_nnm.reduction.model import ReducedModel
 
@@ -90,18 +94,30 @@ class Level:
 
     def solve(self, gamma: float, guess: Guess, newton: Newton) -> Solution:
         """Motion of given gamma, by the method that the model asks for."""
+        loop = self.multipliers
+        if loop is None:
+            return self.constrained(FixedEnergy(gamma), guess, newton)
 
         def solved(equations: Equations, q: Array, omega: float, force: Array) -> Solution:
-            if self.multipliers is None:
-                return solve(equations, FixedEnergy(gamma), q, omega, options=newton)
             return solve_with_multipliers(
-                equations, gamma, q, omega, force, loop=self.multipliers, newton=newton
+                equations, gamma, q, omega, force, loop=loop, newton=newton
             )
 
+        return self._solved(solved, guess)
+
+    def constrained(self, constraint: Constraint, guess: Guess, newton: Newton) -> Solution:
+        """Motion that a constraint picks; for contact points without mass."""
+
+        def solved(equations: Equations, q: Array, omega: float, force: Array) -> Solution:
+            return solve(equations, constraint, q, omega, options=newton)
+
+        return self._solved(solved, guess)
+
+    def _solved(self, solver: Solver, guess: Guess) -> Solution:
         start = (guess.q, guess.omega, guess.force)
         if self.flexibility is None:
-            return solved(self.equations, *start)
-        return full_order_solution(self.equations, self.flexibility, solved, *start)
+            return solver(self.equations, *start)
+        return full_order_solution(self.equations, self.flexibility, solver, *start)
 
     def restricted(self, q: Array) -> Array:
         """Coefficients of this level from coefficients over all modes."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.frequency_lift import FrequencyLift
 from fenics_nnm.nonlinear.levels import Guess, Level
 from fenics_nnm.nonlinear.newton import Newton, Solution
-from fenics_nnm.nonlinear.resonance import strongest_resonance
+from fenics_nnm.nonlinear.resonance import INSIDE, Resonance, strongest_resonance
 
 #: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
 GRAZING_GAMMA = 0.25
 
-#: Step in gamma ratio at the coarsest level, whose branch is smooth.
+#: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
 _COARSE_STEP = 0.1
 
 #: A motion with less than this part of the contact of the followed mode alone avoids it.
@@ -37,25 +37,40 @@ _SMALLEST_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Stack:
-    """Solutions of all levels at one energy, None where a level has none.
+    """Solutions of all levels at one place of a branch, None where a level has none.
 
     Attributes:
+        place: Place along the branch: gamma ratio, or frequency ratio.
         gamma_ratio: gamma over its value at grazing.
         solutions: One entry a level, coarse to fine.
         share: Share of the kinetic energy of the finest level in the first harmonic of the
             followed mode; 0 without a solution. Internal resonances draw on it.
         failure: Why the finest level has none; empty where it has one.
+        skipped: Internal resonance that was left for this motion, or nothing.
+        refused: A motion that the finest level ended with and that is not on the branch, or none.
     """
 
+    place: float
     gamma_ratio: float
     solutions: tuple[Solution | None, ...]
     share: float = 0.0
     failure: str = ""
+    skipped: str = ""
+    refused: Solution | None = None
 
     @property
     def finest(self) -> Solution | None:
         """Solution at the truncation that the study asks for."""
         return self.solutions[-1]
+
+
+@dataclass(frozen=True, slots=True)
+class _Attempt:
+    """What a level gave: a solution, or why not, and the motion that was refused, if any."""
+
+    solution: Solution | None = None
+    failure: str = ""
+    refused: Solution | None = None
 
 
 @dataclass(slots=True)
@@ -86,12 +101,29 @@ class Lift:
         found = [alone, self._through_frequency(alone)]
         if neighbour is not None:
             found.append(self._lifted(gamma_ratio, neighbour))
-        return max(found, key=lambda stack: stack.share)
+        return self.best(found)
 
-    def restored(self, gamma_ratio: float, finest: Solution) -> Stack:
+    def best(self, found: Sequence[Stack]) -> Stack:
+        """Of several motions the one that keeps most of its energy in the followed mode.
+
+        Args:
+            found: Motions at one place. The strongest internal resonance among those that are
+                left is named.
+        """
+        best = max(found, key=lambda stack: stack.share)
+        if best.finest is None or self._resonance(best.finest).share > INSIDE:
+            return best
+        left = [self._resonance(stack.finest) for stack in found if stack.finest is not None]
+        left = [resonance for resonance in left if resonance.share > INSIDE]
+        left += [self._resonance(stack.refused) for stack in found if stack.refused is not None]
+        strongest = max(left, key=lambda resonance: resonance.share, default=None)
+        return replace(best, skipped=str(strongest)) if strongest else best
+
+    def restored(self, place: float, finest: Solution) -> Stack:
         """A stack of which the finest motion alone is known."""
         below = (None,) * (len(self.levels) - 1)
-        return Stack(gamma_ratio, (*below, finest), self._share(self.levels[-1], finest))
+        ratio = finest.energies.gamma / GRAZING_GAMMA
+        return Stack(place, ratio, (*below, finest), self.share(finest))
 
     def _doubtful(self, stack: Stack, neighbour: Stack | None) -> bool:
         """Whether a motion is missing, or may be inside an internal resonance."""
@@ -99,21 +131,16 @@ class Lift:
             return True
         if neighbour is not None and stack.share < neighbour.share - SHARE_DROP:
             return True
-        equations = self.levels[-1].equations
-        return (
-            strongest_resonance(
-                equations.model.omega,
-                equations.series,
-                stack.finest.q,
-                stack.finest.omega,
-                mode=self.mode,
-            ).share
-            > _SUSPECT
-        )
+        return self._resonance(stack.finest).share > _SUSPECT
+
+    def _resonance(self, finest: Solution) -> Resonance:
+        """The internal resonance that draws most energy from a finest motion."""
+        model, series = self.levels[-1].equations.model, self.levels[-1].equations.series
+        return strongest_resonance(model.omega, series, finest.q, finest.omega, mode=self.mode)
 
     def _through_frequency(self, alone: Stack) -> Stack:
         """The same levels with a finest motion found through motions of nearby frequencies."""
-        reduced = [level for level in self.levels if level.complementary]
+        reduced = self.reduced
         ratio, coarse = alone.gamma_ratio, alone.solutions[0]
         beside = self.coarse(ratio * _BESIDE)
         if ratio <= 1 or coarse is None or beside is None:
@@ -126,22 +153,37 @@ class Lift:
             if near is None:
                 return alone
             guess = Guess(self._moved(at, index, near.q), near.omega, near.forces.force)
-            near, _ = self._solve(index, ratio, guess)
-            at = index
+            near, at = self._solve(index, ratio, guess).solution, index
         if near is None:
             return alone
-        share = self._share(self.levels[-1], near)
-        return Stack(ratio, (*alone.solutions[:-1], near), share)
+        return Stack(ratio, ratio, (*alone.solutions[:-1], near), self.share(near))
 
     def _lifted(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
         solutions: list[Solution | None] = [self.coarse(gamma_ratio)]
-        failure = "" if solutions[0] else "the single-mode problem has no solution"
+        attempt = _Attempt(
+            solutions[0], "" if solutions[0] else "the single-mode problem has no solution"
+        )
         for index in range(1, len(self.levels)):
-            solution, failure = self._level(index, gamma_ratio, solutions, neighbour)
-            solutions.append(solution)
-        finest = solutions[-1]
-        share = self._share(self.levels[-1], finest) if finest else 0.0
-        return Stack(gamma_ratio, tuple(solutions), share, failure)
+            attempt = self._level(index, gamma_ratio, solutions, neighbour)
+            solutions.append(attempt.solution)
+        finest = attempt.solution
+        return Stack(
+            place=gamma_ratio,
+            gamma_ratio=gamma_ratio,
+            solutions=tuple(solutions),
+            share=self.share(finest) if finest else 0.0,
+            failure=attempt.failure,
+            refused=attempt.refused,
+        )
+
+    @property
+    def reduced(self) -> list[Level]:
+        """The levels with complementarity, coarse to fine."""
+        return [level for level in self.levels if level.complementary]
+
+    def share(self, finest: Solution) -> float:
+        """Share of the kinetic energy of a finest motion in the first harmonic of its mode."""
+        return self._share(self.levels[-1], finest)
 
     def coarse(self, gamma_ratio: float) -> Solution | None:
         """Solution of the coarsest level, reached in small steps from the nearest one known."""
@@ -149,9 +191,11 @@ class Lift:
             self._coarse[0.5] = self._linear_start(0.5)
         at = min(self._coarse, key=lambda known: abs(known - gamma_ratio))
         while at != gamma_ratio:
-            step = np.clip(gamma_ratio - at, -_COARSE_STEP, _COARSE_STEP)
-            following = gamma_ratio if abs(gamma_ratio - at) <= _COARSE_STEP else at + step
-            solution, _ = self._solve(0, following, _scaled(self._coarse[at], following / at))
+            longest = _COARSE_STEP * max(1.0, at)
+            step = np.clip(gamma_ratio - at, -longest, longest)
+            following = gamma_ratio if abs(gamma_ratio - at) <= longest else float(at + step)
+            guess = _scaled(self._coarse[at], following / at)
+            solution = self._solve(0, following, guess).solution
             if solution is None:
                 return None
             self._coarse[following] = solution
@@ -173,13 +217,13 @@ class Lift:
         gamma_ratio: float,
         below: list[Solution | None],
         neighbour: Stack | None,
-    ) -> tuple[Solution | None, str]:
-        failure = "no level below has a solution"
+    ) -> _Attempt:
+        attempt = _Attempt(failure="no level below has a solution")
         for guess in self._guesses(index, below, gamma_ratio, neighbour):
-            solution, failure = self._solve(index, gamma_ratio, guess)
-            if solution is not None:
-                return solution, ""
-        return None, failure
+            attempt = self._solve(index, gamma_ratio, guess)
+            if attempt.solution is not None:
+                break
+        return attempt
 
     def _guesses(
         self, index: int, below: list[Solution | None], gamma_ratio: float, neighbour: Stack | None
@@ -202,14 +246,16 @@ class Lift:
     def _moved(self, source: int, target: int, q: Array) -> Array:
         return self.levels[target].restricted(self.levels[source].extended(q))
 
-    def _solve(self, index: int, gamma_ratio: float, guess: Guess) -> tuple[Solution | None, str]:
+    def _solve(self, index: int, gamma_ratio: float, guess: Guess) -> _Attempt:
         level = self.levels[index]
         try:
             solution = level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
         except np.linalg.LinAlgError as error:
-            return None, f"the contact flexibility is singular to round-off ({error})"
-        failure = solution.failure or self._not_on_branch(level, gamma_ratio, solution)
-        return (None, failure) if failure else (solution, "")
+            return _Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
+        if solution.failure:
+            return _Attempt(failure=solution.failure)
+        reason = self._not_on_branch(level, gamma_ratio, solution)
+        return _Attempt(failure=reason, refused=solution) if reason else _Attempt(solution)
 
     def _not_on_branch(self, level: Level, gamma_ratio: float, solution: Solution) -> str:
         """Why a converged motion is not on the branch of the followed mode; empty if it is."""

@@ -12,6 +12,7 @@ from fenics_nnm.nonlinear.contact_law import ContactForces
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.nonlinear.reduction_error import ReductionError
+from fenics_nnm.nonlinear.series_error import SeriesError
 from fenics_nnm.reduction.model import Scales
 
 #: The penetration is sought on a time grid finer than the samples by this factor.
@@ -23,30 +24,52 @@ class BranchPoint:
     """A periodic motion of the branch.
 
     Attributes:
+        position: Place along the branch, by which points are ordered: what is stepped, so the
+            gamma ratio, the frequency ratio, or the length of the arc from the first point.
         gamma_ratio: Modal energy coordinate over its value at grazing.
         frequency: Physical frequency in Hz.
-        frequency_ratio: Frequency over that of the linear mode.
+        frequency_ratio: Frequency over that of the linear mode, times the harmonic it began in.
         rayleigh_frequency: sqrt(r) / 2 pi in Hz, the paper's quantity; it is not the frequency
             once there is a gap.
         energy: Total energy in J.
         residual: Relative residual of the harmonic equations.
         penetration: Largest penetration between the samples in m, the contact forces
             taken linear between them.
+        tension: The contrary, force across an open gap, in m: the largest of the smaller of open
+            gap and static deflection S_cc lambda_c, at all contact points c and on the same grid.
+            With the penetration it is how far min(gap - w, S_cc lambda) is from zero, which it is
+            where Signorini's conditions hold; S is the static flexibility.
         complementarity: Largest |lambda (w - gap)| at the samples over max lambda times gap.
         reduction_residual: Residual of the motion in the full-order harmonic equations, in the
             norm of K^-1, over the square root of k^; 0 at full order, nan if unknown.
         reduction_error: Relative error of the frequency that is expected of the reduction.
         virial_error: Relative error of omega^2 m^ = k^ + <lambda, gap>.
+        energy_variation: Largest less smallest total energy at the samples, over its mean; the
+            energy of a motion in time is constant.
         contact_fraction: Share of the period with contact somewhere.
         iterations: Newton steps at the finest level.
-        status: What may be believed: all points solve the discrete equations; `nonlinear.verdict`
-            tells "converged", "inside resonance", "unresolved" and "unchecked" apart.
+        status: What may be believed: "verified", "converged", "inside resonance" or "failed", see
+            `nonlinear.verdict`. All points solve the discrete equations.
+        reason: Why the point is not verified; empty if it is.
         resonance: Mode and harmonic of an internal resonance, or nothing.
+        skipped: Mode and harmonic of an internal resonance that hid the main branch at this
+            place, and was left; or nothing.
+        event: What the branch does there, found by its length: "fold in gamma", "fold in omega",
+            "branch point", or nothing.
         return_error: Distance of the state after one period of time integration from its start,
-            relative in the energy norm; nan before it is known.
+            relative in the energy norm; nan before it is known, or where it is not defined.
+        return_error_10: The same after ten periods.
+        energy_drift: Largest relative change of the energy in these ten periods, by rounding.
         shot_frequency: Frequency in Hz of the periodic motion of the same energy that shooting
             finds nearby, exact in time; nan if none was found, or looked for.
+        shot_distance: Distance of its state from that of the point, relative in the energy norm.
+        shot_return_error: Its own return error.
         largest_multiplier: Largest modulus of its Floquet multipliers: 1 if it is stable.
+        harmonics_error: Relative error of the frequency that is expected of N harmonics; nan where
+            contact points carry mass.
+        samples_error: The same of m samples.
+        error_remainder: Defect that the linearised step behind these two leaves over the one it
+            begins with: they are orders of magnitude above 1/2.
         q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J), or (2 N + 1, J) for a
             general series: cosines, then sines.
         force: Contact forces in N at the samples of the series: of the first half period, shape
@@ -55,6 +78,7 @@ class BranchPoint:
             (2 N + 1, n_c): they move by this less R lambda.
     """
 
+    position: float
     gamma_ratio: float
     frequency: float
     frequency_ratio: float
@@ -62,17 +86,29 @@ class BranchPoint:
     energy: float
     residual: float
     penetration: float
+    tension: float
     complementarity: float
     reduction_residual: float
     reduction_error: float
     virial_error: float
+    energy_variation: float
     contact_fraction: float
     iterations: int
     status: str
+    reason: str
     resonance: str
+    skipped: str
+    event: str
     return_error: float
+    return_error_10: float
+    energy_drift: float
     shot_frequency: float
+    shot_distance: float
+    shot_return_error: float
     largest_multiplier: float
+    harmonics_error: float
+    samples_error: float
+    error_remainder: float
     q: Array
     force: Array
     free: Array
@@ -86,36 +122,72 @@ class PointMaker:
         equations: Equations of the finest level, dimensionless.
         scales: Units of the dimensionless model.
         error: From a solution to the error of the reduction.
+        series_error: From a solution to the error of its series in time.
+        harmonic: Harmonic that the followed mode is written in.
     """
 
     equations: HarmonicEquations
     scales: Scales
     error: Callable[[Solution], ReductionError]
+    series_error: Callable[[Solution], SeriesError]
+    harmonic: int = 1
 
-    def point(self, gamma_ratio: float, solution: Solution) -> BranchPoint:
-        """The point that belongs to a converged solution."""
+    def point(
+        self,
+        position: float,
+        gamma_ratio: float,
+        solution: Solution,
+        *,
+        skipped: str = "",
+        event: str = "",
+    ) -> BranchPoint:
+        """The point that belongs to a converged solution.
+
+        Args:
+            position: Place along the branch.
+            gamma_ratio: Gamma ratio, as it was asked for.
+            solution: Solution of the finest level.
+            skipped: Internal resonance that was left for it.
+            event: What the branch does there.
+        """
         energies, error = solution.energies, self.error(solution)
+        series = self.series_error(solution)
         hertz = self.scales.omega / (2 * np.pi)
         in_contact = (solution.forces.force > 0).any(axis=1)
+        penetration, tension = self._between_samples(solution)
+        nan = float("nan")
         return BranchPoint(
+            position=position,
             gamma_ratio=gamma_ratio,
             frequency=solution.omega * hertz,
-            frequency_ratio=solution.omega,
+            frequency_ratio=solution.omega * self.harmonic,
             rayleigh_frequency=float(np.sqrt(energies.rayleigh_quotient)) * hertz,
             energy=energies.total(solution.omega) * self.scales.energy,
             residual=solution.residual,
-            penetration=self._penetration(solution) * self.scales.length,
+            penetration=penetration * self.scales.length,
+            tension=tension * self.scales.length,
             complementarity=self._complementarity(solution),
             reduction_residual=error.residual,
             reduction_error=error.frequency,
             virial_error=energies.virial_error(solution.omega),
+            energy_variation=self._energy_variation(solution),
             contact_fraction=float(self.equations.series.weight @ in_contact),
             iterations=solution.iterations,
-            status="unchecked",
+            status="converged",
+            reason="the run was stopped before the motion was checked in time",
             resonance="",
-            return_error=float("nan"),
-            shot_frequency=float("nan"),
-            largest_multiplier=float("nan"),
+            skipped=skipped,
+            event=event,
+            return_error=nan,
+            return_error_10=nan,
+            energy_drift=nan,
+            shot_frequency=nan,
+            shot_distance=nan,
+            shot_return_error=nan,
+            largest_multiplier=nan,
+            harmonics_error=series.harmonics,
+            samples_error=series.samples,
+            error_remainder=series.remainder,
             q=solution.q * self.scales.amplitude,
             force=solution.forces.force * self.scales.force,
             free=solution.free * self.scales.length,
@@ -140,12 +212,22 @@ class PointMaker:
             iterations=0,
         )
 
-    def _penetration(self, solution: Solution) -> float:
+    def _between_samples(self, solution: Solution) -> tuple[float, float]:
+        """Penetration and tension on a finer grid."""
         model, series = self.equations.model, self.equations.series
         phase = 2 * np.pi * np.arange(_FINER * series.samples) / (_FINER * series.samples)
         force = series.interpolated(solution.forces.force, phase)
-        displacement = series.basis_at(phase) @ solution.free - force @ model.R
-        return max(0.0, float((displacement - model.gap).max()))
+        open_by = model.gap - series.basis_at(phase) @ solution.free + force @ model.R
+        pushed = np.minimum(open_by, model.static_flexibility * force)
+        return max(0.0, float(-open_by.min())), max(0.0, float(pushed.max()))
+
+    def _energy_variation(self, solution: Solution) -> float:
+        model, series, force = self.equations.model, self.equations.series, solution.forces.force
+        q = series.synthesis @ solution.q
+        velocity = solution.omega * series.rate_at(series.phase) @ solution.q
+        modal = np.sum((model.omega * q) ** 2 + velocity**2, axis=1)
+        twice = modal + np.einsum("sc,cd,sd->s", force, model.R, force)
+        return float(np.ptp(twice) / (series.weight @ twice))
 
     def _complementarity(self, solution: Solution) -> float:
         model, force = self.equations.model, solution.forces.force

@@ -13,14 +13,9 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.fourier import Series
+from fenics_nnm.nonlinear.linear_step import linear_step
 from fenics_nnm.nonlinear.mode import HarmonicEquations
-from fenics_nnm.nonlinear.newton import (
-    FixedEnergy,
-    Solution,
-    Unknowns,
-    bordered_jacobian,
-    phase_row,
-)
+from fenics_nnm.nonlinear.newton import Solution, Unknowns
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
 from fenics_nnm.reduction.truncation import GalerkinTruncation, MasslessTruncation, Truncation
 
@@ -112,19 +107,8 @@ def _weighted(series: Series, omega: float, rows: Array, matrix: Array) -> float
 
 def _frequency_step(equations: HarmonicEquations, solution: Solution, left_out: _LeftOut) -> float:
     """Change of omega in one linearised step to the full-order equations at the same gamma."""
-    gamma = solution.energies.gamma
-    matrix = bordered_jacobian(
-        equations,
-        FixedEnergy(gamma),
-        Unknowns(solution.q, solution.omega),
-        solution.forces,
-        phase_row(equations, solution.q),
+    at = Unknowns(solution.q, solution.omega)
+    step = linear_step(
+        equations, at, solution.forces, left_out.equations, gamma_left_out=left_out.gamma
     )
-    scale = equations.row_scale(solution.omega)
-    right = np.append((left_out.equations / scale).ravel(), left_out.gamma / gamma)
-    if equations.series.free_phase:
-        right = np.append(right, 0.0)
-    try:
-        return float(-np.linalg.solve(matrix, right)[solution.q.size])
-    except np.linalg.LinAlgError:
-        return float("nan")
+    return float("nan") if step is None else step.omega

@@ -12,6 +12,12 @@ from fenics_nnm.nonlinear.fourier import Series
 #: omega_j and n omega meet within this part.
 _DETUNING = 0.02
 
+#: A resonance this far below the linear frequency is named: a branch may begin beside it.
+_BELOW = 0.05
+
+#: A motion with more than this share of its kinetic energy in one resonance is inside it.
+INSIDE = 0.025
+
 
 @dataclass(frozen=True, slots=True)
 class Resonance:
@@ -38,6 +44,7 @@ def strongest_resonance(
     omega: float,
     *,
     mode: int,
+    harmonic: int = 1,
 ) -> Resonance:
     """The internal resonance that draws most energy.
 
@@ -49,13 +56,58 @@ def strongest_resonance(
         series: Series in time.
         q: Coefficients of the motion, shape (N + 1, J).
         omega: Frequency of the motion.
-        mode: Index of the followed mode, whose first harmonic does not count.
+        mode: Index of the followed mode.
+        harmonic: Its harmonic, in which its energy does not count.
     """
     order = series.order
     kinetic = (series.mean_square * order**2)[:, None] * q**2
     total = float(kinetic.sum())
-    kinetic[np.ix_(order == 1, [mode])] = 0.0
+    kinetic[np.ix_(order == harmonic, [mode])] = 0.0
     near = np.abs(natural / (np.maximum(order, 1)[:, None] * omega) - 1) < _DETUNING
     kinetic[~near] = 0.0
     row, column = np.unravel_index(int(np.argmax(kinetic)), kinetic.shape)
     return Resonance(int(column), int(order[row]), float(kinetic[row, column] / total))
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """A frequency at which a harmonic of the motion meets a linear mode.
+
+    Attributes:
+        mode: Index of the mode j.
+        harmonic: Number of the harmonic n.
+        ratio: omega_j / (n omega) with the frequency omega of the followed linear mode; the branch
+            meets the mode where its frequency ratio comes to this.
+        gamma_ratio: Energy of that frequency on the branch of the followed mode alone; nan where
+            it lies below grazing.
+    """
+
+    mode: int
+    harmonic: int
+    ratio: float
+    gamma_ratio: float
+
+
+def meetings(
+    natural: Array, *, mode: int, harmonics: int, gamma_ratio: Array, frequency_ratio: Array
+) -> tuple[Meeting, ...]:
+    """Internal resonances on the way of a branch, by their frequency.
+
+    Args:
+        natural: Natural frequencies, shape (J,).
+        mode: Index of the followed mode.
+        harmonics: Number of harmonics N.
+        gamma_ratio: Energies of the branch of the followed mode alone, ascending.
+        frequency_ratio: Its frequencies, ascending from 1.
+    """
+    found = []
+    low, high = 1 - _BELOW, float(frequency_ratio[-1]) * (1 + _DETUNING)
+    for harmonic in range(1, harmonics + 1):
+        ratios = natural / (harmonic * natural[mode])
+        for index in np.flatnonzero((low < ratios) & (ratios < high)):
+            if index == mode and harmonic == 1:
+                continue
+            ratio = float(ratios[index])
+            at = np.interp(ratio, frequency_ratio, gamma_ratio) if ratio >= 1 else np.nan
+            found.append(Meeting(int(index), harmonic, ratio, float(at)))
+    return tuple(sorted(found, key=lambda meeting: meeting.ratio))

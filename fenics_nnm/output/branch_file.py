@@ -5,13 +5,14 @@ Layout (SI units):
     /                    attributes: format, study (TOML), versions (JSON), reason
     /model               omega, Phi, R, gap of the reduced model
     /contact             points, directions, areas; of a mesh only
-    /series              attributes: mode (from 1), harmonics, samples, series
+    /series              attributes: mode (from 1), harmonics, samples, modes (of the reduction),
+                         series
     /mesh                points, cells (VTK order), cell_type (VTK); of a mesh only
     /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim) of a mesh;
                          shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
                          matrices: u = shapes^T q - residual_shapes^T lambda
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
-                         attributes: scalars of the point; by ascending energy
+                         attributes: scalars of the point; by position
 
 The file of a finished run has all of this. While a run goes on, and after it was killed, points
 are in the folder `branch.points` beside it (see `journal`), and `read` looks there. In the end it
@@ -34,13 +35,15 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import journal
 from fenics_nnm.output.durable import replacing, write_whole
 from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.resolution import Resolution
 
-FORMAT = "fenics_nnm branch 2"
+FORMAT = "fenics_nnm branch 4"
 
 #: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
 _OVERHEAD, _ONCE = 8192, 32768
@@ -56,6 +59,8 @@ class BranchHeader:
         mode: Number of the linear mode, from 1.
         harmonics: Number of harmonics N.
         samples: Time samples of a period m.
+        modes: Number of modes of the reduction; those of the model are more where it has
+            constraint modes too.
         series: "time-reversible" or "general".
         model: Reduced model in SI units.
     """
@@ -65,8 +70,20 @@ class BranchHeader:
     mode: int
     harmonics: int
     samples: int
+    modes: int
     series: str
     model: ReducedModel
+
+    @property
+    def resolution(self) -> Resolution:
+        """Harmonics, samples and modes."""
+        return Resolution(self.harmonics, self.samples, self.modes)
+
+    @property
+    def time_series(self) -> Series:
+        """Series in time that the points are written in."""
+        kind = FourierSeries if self.series == "general" else CosineSeries
+        return kind(self.harmonics, self.samples)
 
 
 def create(
@@ -118,7 +135,7 @@ def gather(path: Path) -> None:
 
 
 def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
-    """Header and the points that hold, by ascending energy, of any run, finished or not.
+    """Header and the points that hold, by position, of any run, finished or not.
 
     Raises:
         OutputError: if the file cannot be read or is of another kind.
@@ -126,15 +143,25 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
     try:
         unfinished = journal.read(path)  # first, as a run may be just finishing
         with h5py.File(path, "r") as file:
-            if file.attrs.get("format") != FORMAT:
-                raise OutputError(f"{path}: is not a file of the format {FORMAT!r}")
+            _assert_format(path, str(file.attrs.get("format", "")))
             points = [_point(group) for group in file["points"].values()] or unfinished
-            latest = {point.gamma_ratio: point for point in points}
-            return _header(file), tuple(latest[ratio] for ratio in sorted(latest))
+            latest = {point.position: point for point in points}
+            return _header(file), tuple(latest[place] for place in sorted(latest))
     except OSError as error:
         if isinstance(error, OutputError):
             raise
         raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
+def _assert_format(path: Path, found: str) -> None:
+    if found == FORMAT:
+        return
+    if found.startswith(FORMAT.rstrip("0123456789")):
+        raise OutputError(
+            f"{path}: has the format {found!r}, of another version; this one reads {FORMAT!r}: "
+            "run its study again, in another folder"
+        )
+    raise OutputError(f"{path}: is not a file of the format {FORMAT!r}")
 
 
 def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
@@ -164,7 +191,7 @@ def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
         series = file.create_group("series")
-        for name in ("mode", "harmonics", "samples", "series"):
+        for name in ("mode", "harmonics", "samples", "modes", "series"):
             series.attrs[name] = getattr(header, name)
         for name, values in arrays.items():
             file[name] = values
@@ -191,6 +218,7 @@ def _header(file: h5py.File) -> BranchHeader:
         mode=int(series["mode"]),
         harmonics=int(series["harmonics"]),
         samples=int(series["samples"]),
+        modes=int(series["modes"]),
         series=str(series["series"]),
         model=ReducedModel(
             **{name: np.array(file[f"model/{name}"]) for name in ("omega", "Phi", "R", "gap")}

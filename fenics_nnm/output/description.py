@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from fenics_nnm.analysis import harmonic_balance, wanted_motions
+from fenics_nnm.nonlinear.outlook import outlook
 from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.study import Study
 
-#: Multiples of the frequency within this part of another one are named.
-_NEAR = 0.05
+#: Most internal resonances that are listed; the others have higher harmonics.
+_MOST_LISTED = 20
 
 
 def describe(study: Study, analysis: Analysis) -> str:
@@ -37,16 +39,27 @@ def describe(study: Study, analysis: Analysis) -> str:
 
 
 def _resonances(study: Study, analysis: Analysis) -> list[str]:
-    """Linear frequencies near a multiple of the followed one: internal resonances to expect."""
-    omega = analysis.modes.omega
-    first = omega[study.mode.number - 1]
-    lines = []
-    for number, other in enumerate(omega):
-        harmonic = round(float(other / first))
-        close = abs(other / (harmonic * first) - 1) if harmonic else np.inf
-        if number + 1 != study.mode.number and harmonic <= study.mode.harmonics and close < _NEAR:
-            lines.append(
-                f"mode {number + 1} lies at {other / first:.4f} times mode {study.mode.number}: "
-                f"internal resonance with harmonic {harmonic} is near"
-            )
-    return lines
+    """Where harmonics of the branch meet linear modes: internal resonances to expect."""
+    ahead = outlook(
+        analysis.model,
+        wanted_motions(study),
+        harmonic_balance(study),
+        mode=study.mode.number - 1,
+    )
+    hertz = analysis.modes.frequencies[study.mode.number - 1]
+    if not ahead.meetings:
+        return ["", "no harmonic meets a mode on the way: no internal resonance expected"]
+    by_harmonic = sorted(ahead.meetings, key=lambda meeting: meeting.harmonic)[:_MOST_LISTED]
+    lines = [
+        "",
+        "internal resonances on the way, where harmonic n of the motion meets mode j",
+        " mode j   harmonic n   omega_j / (n omega)   at (Hz)        near gamma ratio",
+    ]
+    for meeting in sorted(by_harmonic, key=lambda meeting: meeting.ratio):
+        near = "below grazing" if np.isnan(meeting.gamma_ratio) else f"{meeting.gamma_ratio:.3g}"
+        lines.append(
+            f"{meeting.mode + 1:7d}   {meeting.harmonic:10d}   {meeting.ratio:19.4f}   "
+            f"{meeting.ratio * hertz:<12.6g}   {near}"
+        )
+    more = len(ahead.meetings) - len(by_harmonic)
+    return [*lines, f"and {more} more of higher harmonics"] if more else lines

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,9 +78,9 @@ class MeshReport:
         write_linear_modes(folder / "linear_modes.pvd", self.analysis)
         wanted = study.continuation.report_at
         points = [point for point in branch.points if point.gamma_ratio in wanted]
-        for index, point in enumerate(points):
+        for index, (point, name) in enumerate(zip(points, _names(points), strict=True)):
             write_motion(
-                folder / f"motion_{point.gamma_ratio:g}.pvd",
+                folder / f"{name}.pvd",
                 self.analysis,
                 point,
                 model=model_in_contact(study, self.analysis),
@@ -106,3 +108,14 @@ class MeshReport:
         points = np.concatenate(pieces)
         ranges = zip(points.min(axis=0), points.max(axis=0), strict=True)
         return " x ".join(f"[{low:.6g}, {high:.6g}]" for low, high in ranges)
+
+
+def _names(points: Sequence[BranchPoint]) -> list[str]:
+    """Names of motions by their energy; later passings of an energy get a number."""
+    passed: Counter[float] = Counter()
+    names = []
+    for point in points:
+        passed[point.gamma_ratio] += 1
+        again = passed[point.gamma_ratio]
+        names.append(f"motion_{point.gamma_ratio:g}" + (f"_passing{again}" if again > 1 else ""))
+    return names

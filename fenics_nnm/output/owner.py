@@ -92,12 +92,15 @@ def retake(folder: Path) -> int | None:
 
 
 @contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
-    """Keep other runs from moving results in a folder until the context ends."""
+def alone_in(folder: Path) -> Iterator[bool]:
+    """Keep other runs from beginning, or moving results, in a folder until the context ends.
+
+    Yields:
+        Whether they are kept from it: not where there are no locks.
+    """
     descriptor = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
     try:
-        _lock(descriptor, fcntl.LOCK_EX)
-        yield
+        yield _lock(descriptor, fcntl.LOCK_EX) is True
     finally:
         os.close(descriptor)
 

@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.verdict import CONVERGED, RESONANT, UNCHECKED, UNRESOLVED
+from fenics_nnm.nonlinear.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
 
 #: Marker, face colour and edge colour of the points of each status.
 _MARKERS = {
-    CONVERGED: ("o", "tab:blue", "tab:blue"),
+    VERIFIED: ("o", "tab:blue", "tab:blue"),
+    CONVERGED: ("o", "white", "tab:blue"),
     RESONANT: ("s", "white", "tab:purple"),
-    UNCHECKED: ("o", "white", "tab:blue"),
-    UNRESOLVED: ("X", "white", "tab:red"),
+    FAILED: ("X", "white", "tab:red"),
 }
 
 #: Energies that span more than this factor are drawn on a logarithmic axis.

@@ -82,8 +82,9 @@ def claim(folder: Path) -> Staging:
     try:
         made = tuple(path for path in (folder, *folder.parents) if not path.exists())
         folder.mkdir(parents=True, exist_ok=True)
-        path = _new_folder(folder)
-        return Staging(path, folder, made, _taken(path, made))
+        with owner.alone_in(folder):  # so that no folder of a run that lives lacks its owner
+            path = _new_folder(folder)
+            return Staging(path, folder, made, _taken(path, made))
     except (OSError, ValueError) as error:  # a null character is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise StudyError(f"output folder {folder}: cannot be written: {reason}") from error
@@ -172,7 +173,8 @@ def remove(staging: Path) -> None:
         if path.name != owner.NAME:
             _remove(path)
     (staging / owner.NAME).unlink(missing_ok=True)
-    staging.rmdir()
+    with suppress(FileNotFoundError):  # without an owner any run may remove it
+        staging.rmdir()
 
 
 def _new_folder(folder: Path) -> Path:
@@ -219,14 +221,23 @@ def _keep(staging: Staging, points: tuple[BranchPoint, ...]) -> str:
 def _tidy(path: Path, folder: Path) -> None:
     """Bring the results of a run that was killed while they were moved to one side of that."""
     older, replaced = path / _OLDER, path / _REPLACED
-    with _told(path), _held(path) as held, owner.alone_in(folder):
+    with _told(path), _held(path) as held, owner.alone_in(folder) as alone:
         if not held:
+            if alone and not (path / owner.NAME).exists():
+                _remove_unowned(path)
             return
         if older.exists():
             _move_all(older, folder)
             shutil.rmtree(older)
         if replaced.exists() and _move_all(path, folder):
             logger.warning("%s: has all results now of a run that was killed at its end", folder)
+        if _is_bare(path):
+            remove(path)
+
+
+def _remove_unowned(path: Path) -> None:
+    """Remove the folder of a run that was killed before it could say whose it is."""
+    with suppress(FileNotFoundError):
         if _is_bare(path):
             remove(path)
 

@@ -12,7 +12,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.forces import contact_force_rates, contact_forces
-from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.branch_file import BranchHeader
@@ -52,8 +52,7 @@ class StoredBranch:
     @property
     def series(self) -> Series:
         """Series in time that the points are written in."""
-        kind = FourierSeries if self.header.series == "general" else CosineSeries
-        return kind(self.header.harmonics, self.header.samples)
+        return self.header.time_series
 
     @property
     def contact_nodes(self) -> Indices:

@@ -26,13 +26,46 @@ COLUMNS = {
     "return_error": "return_error",
     "shot_frequency_Hz": "shot_frequency",
     "largest_multiplier": "largest_multiplier",
+    "harmonics_error": "harmonics_error",
+    "samples_error": "samples_error",
+    "error_remainder": "error_remainder",
+    "resonance": "resonance",
+    "skipped": "skipped",
+    "event": "event",
+    "return_error_10": "return_error_10",
+    "energy_variation": "energy_variation",
+    "energy_drift": "energy_drift",
+    "tension_m": "tension",
+    "complementarity": "complementarity",
+    "shot_distance": "shot_distance",
+    "shot_return_error": "shot_return_error",
+    "reason": "reason",
 }
 
 #: Errors below this are round-off, and printed as zero.
-_ROUND_OFF = {name: 1e-12 for name in ("reduction_residual", "reduction_error", "return_error")}
+_ROUND_OFF = dict.fromkeys(
+    (
+        "reduction_residual",
+        "reduction_error",
+        "return_error",
+        "harmonics_error",
+        "samples_error",
+        "return_error_10",
+        "energy_variation",
+        "energy_drift",
+        "complementarity",
+        "shot_distance",
+    ),
+    1e-12,
+)
 
 #: Digits of what is known to fewer than ten.
-_DIGITS = {**dict.fromkeys(_ROUND_OFF, 4), "shot_frequency": 9, "largest_multiplier": 7}
+_DIGITS = {
+    **dict.fromkeys((*_ROUND_OFF, "error_remainder"), 4),
+    "shot_frequency": 9,
+    "largest_multiplier": 7,
+    "shot_return_error": 2,
+}
 
 
 def write_backbone(path: Path, points: Iterable[BranchPoint]) -> None:

@@ -1,0 +1,157 @@
+"""Runs that note each point that they reported, for tests that kill them."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output import branch_file, journal
+
+#: Runs a study; each point that was stored is noted in a file of its own, and takes 50 ms.
+NOTING = """
+import json, sys, time
+import fenics_nnm.run
+from fenics_nnm.cli import main
+
+store = fenics_nnm.run._store
+
+def noting(points, point):
+    store(points, point)
+    arrays = [getattr(point, name).tolist() for name in ("q", "force", "free")]
+    line = json.dumps([point.gamma_ratio, point.frequency, point.energy, *arrays])
+    with open("noted", "a") as file:
+        file.write(line + chr(10))
+    time.sleep(0.05)
+
+fenics_nnm.run._store = noting
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def run_noting(folder: Path, study: Path) -> subprocess.Popen[bytes]:
+    """Begin a run whose points are noted in `noted`."""
+    script = folder / "noting.py"
+    script.write_text(NOTING)
+    (folder / "noted").unlink(missing_ok=True)
+    return subprocess.Popen(
+        [sys.executable, script, "run", study, "--output", "out"],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+
+def noted_points(folder: Path) -> list[list[Any]]:
+    """Numbers of the points noted so far; a last line cut short was not reported yet."""
+    try:
+        lines = (folder / "noted").read_text().splitlines(keepends=True)
+    except FileNotFoundError:
+        return []
+    return [json.loads(line) for line in lines if line.endswith("\n")]
+
+
+def numbers(point: BranchPoint) -> list[Any]:
+    """Numbers of a point, as they are noted."""
+    arrays = [getattr(point, name).tolist() for name in journal.ARRAYS]
+    return [point.gamma_ratio, point.frequency, point.energy, *arrays]
+
+
+def wait_for(condition: Callable[[], object], process: subprocess.Popen[Any]) -> None:
+    """Wait until something holds, or a process has ended."""
+    end = time.monotonic() + 60
+    while not condition() and process.poll() is None and time.monotonic() < end:
+        time.sleep(0.005)
+
+
+def branch_in(folder: Path) -> Path:
+    """The one branch.h5 of a results folder, of a finished run or not."""
+    (path,) = [*folder.glob("branch.h5"), *folder.glob(".running-*/branch.h5")]
+    return path
+
+
+def assert_all_open(folder: Path) -> None:
+    """Every file that is not being written opens."""
+    for path in folder.rglob("*.h5"):
+        with h5py.File(path) as file:
+            assert file.attrs["format"] == branch_file.FORMAT
+    for path in folder.rglob("branch.points/*.npz"):
+        with np.load(path) as arrays:
+            assert set(arrays) == {"q", "force", "free", "scalars"}
+
+
+#: Forks a child for each run, after imports that take longer than it does, and says how it ended.
+FORKING = """
+import json, os, signal, sys, time
+import fenics_nnm.run
+from fenics_nnm.cli import main
+
+store = fenics_nnm.run._store
+
+def noting(points, point):
+    store(points, point)
+    arrays = [getattr(point, name).tolist() for name in ("q", "force", "free")]
+    line = json.dumps([point.gamma_ratio, point.frequency, point.energy, *arrays])
+    for name, text in (("noted", line), ("moments", str(time.process_time()))):
+        with open(name, "a") as file:
+            file.write(text + chr(10))
+
+fenics_nnm.run._store = noting
+for line in sys.stdin:
+    folder, moment, arguments = json.loads(line)
+    child = os.fork()
+    if child == 0:
+        os.chdir(folder)
+        signal.signal(signal.SIGPROF, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_PROF, moment)
+        os._exit(main(arguments))
+    _, status, used = os.wait4(child, 0)
+    ended = os.waitstatus_to_exitcode(status)
+    print(json.dumps([ended, used.ru_utime + used.ru_stime]), flush=True)
+"""
+
+
+class ForkedRuns:
+    """Runs in processes that are born with the program imported."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", FORKING],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, "OMP_NUM_THREADS": "1"},
+            text=True,
+        )
+
+    def __enter__(self) -> ForkedRuns:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._process.kill()
+        self._process.communicate()
+
+    def run(self, folder: Path, *arguments: object, moment: float = 0.0) -> tuple[int, float]:
+        """Run the command line in a folder; exit code, or minus a signal, and seconds of CPU.
+
+        Args:
+            folder: Where it runs.
+            arguments: Arguments of the command line.
+            moment: Seconds of CPU after which the process is killed, where it stands, by the
+                system; 0 lets it end.
+        """
+        assert self._process.stdin and self._process.stdout
+        words = [str(folder), moment, [str(argument) for argument in arguments]]
+        self._process.stdin.write(json.dumps(words) + "\n")
+        self._process.stdin.flush()
+        code, seconds = json.loads(self._process.stdout.readline())
+        return int(code), float(seconds)

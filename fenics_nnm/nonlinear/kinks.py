@@ -24,21 +24,17 @@ _PROBES = 24
 def ways_on(problem: Problem, here: Place, length: float) -> Iterator[tuple[Array, Unknowns]]:
     """Directions past a kink less than a length ahead, each with a guess; the likeliest first.
 
-    Directions are unit vectors in the scaled unknowns about the point. Where there is a choice, one
-    with contact comes before one without, which leads on to a linear mode.
+    Directions are unit vectors in the scaled unknowns about the point. Where more than two pieces
+    meet the orientation tells nothing: the ways that turn least come first.
     """
     ahead = here.at.moved(here.metric.unscaled(here.tangent), length)
     likely = _tangent(problem, here, ahead)
-    straight = likely, ahead.moved(here.metric.unscaled(likely), length)
-    touches = any(_contact(problem, ahead))
-    if touches:
-        yield straight
-    for probe in _other_pieces(problem, here, length, ahead):
-        tangent = _tangent(problem, here, probe)
-        for direction in sorted((tangent, -tangent), key=lambda way: -float(way @ here.tangent)):
-            yield direction, here.at.moved(here.metric.unscaled(direction), length)
-    if not touches:
-        yield straight
+    yield likely, ahead.moved(here.metric.unscaled(likely), length)
+    probes = _other_pieces(problem, here, length, ahead)
+    tangents = [likely, *(_tangent(problem, here, probe) for probe in probes)]
+    both = [way for tangent in tangents for way in (tangent, -tangent)]
+    for direction in sorted(both, key=lambda way: -float(way @ here.tangent)):
+        yield direction, here.at.moved(here.metric.unscaled(direction), length)
 
 
 def _tangent(problem: Problem, here: Place, probe: Unknowns) -> Array:

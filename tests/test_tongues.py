@@ -10,7 +10,7 @@ from fenics_nnm.nonlinear.fourier import CosineSeries
 from fenics_nnm.nonlinear.harmonic_copy import linear_motion
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, Solution, solve
-from fenics_nnm.nonlinear.step_test import kinetic_shares
+from fenics_nnm.nonlinear.step_test import Continuity, kinetic_shares
 from fenics_nnm.nonlinear.trace import TracePoint, trace
 from fenics_nnm.nonlinear.trace_options import Heading, Range
 from fenics_nnm.reduction.model import ReducedModel
@@ -104,3 +104,39 @@ def test_targets_are_hit_on_each_way(points: list[TracePoint]) -> None:
             again = at_energy(solution, ratio * GRAZING)
             assert again.iterations <= 1
             assert again.omega == pytest.approx(solution.omega, rel=1e-9)
+
+
+def test_branch_turns_back_at_the_first_contact() -> None:
+    """At grazing the tangent beyond the kink leads down: contact begins below grazing."""
+    model = ReducedModel(omega=[1.0, 3.99], Phi=[[1.0, -2.1]], R=[[0.1]], gap=[1.0])
+    of = HarmonicEquations(model, CosineSeries(6, 128), Complementarity(model.R, model.gap))
+    branch = trace(
+        of,
+        linear_motion(of, 0),
+        Heading.GAMMA_UP,
+        gamma=Range(high=2 * GRAZING, targets=(0.9 * GRAZING,)),
+    )
+    found = list(branch)
+    assert branch.reason == "gamma leaves its range at 0.5"
+    kink, smooth = folds(found, at_kink=True), folds(found, at_kink=False)
+    assert kink[0].solution.energies.gamma == pytest.approx(GRAZING, rel=1e-3)
+    assert smooth[0].solution.energies.gamma < 0.85 * GRAZING
+    hits = [point.solution for point in found if point.target][:-1]
+    assert [bool(s.forces.force.any()) for s in hits] == [False, True, True]
+    for solution in hits[1:]:
+        assert solution.omega > 1.0005
+        assert solution.energies.virial_error(solution.omega) < 1e-9
+
+
+def test_jumps_are_refused() -> None:
+    continuity = Continuity()
+    touching = at_energy(linear_motion(EQUATIONS, 0, amplitude=0.99), 1.2 * GRAZING)
+    assert touching.forces.force.any()
+    assert not continuity(EQUATIONS, touching, touching)
+    free = linear_motion(EQUATIONS, 1, harmonic=3, amplitude=0.9)
+    assert free.energies.gamma > GRAZING
+    assert "one harmonic jumps by" in continuity(EQUATIONS, touching, free)
+    loose = Continuity(largest_change=1.0)
+    assert "contact is lost" in loose(EQUATIONS, touching, free)
+    assert not Continuity(largest_change=1.0, grazing_gamma=np.inf)(EQUATIONS, touching, free)
+    assert not loose(EQUATIONS, touching, linear_motion(EQUATIONS, 0, amplitude=0.99))

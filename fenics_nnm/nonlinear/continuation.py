@@ -92,8 +92,8 @@ def follow(
     )
     found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
-    points = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
-    return Branch(points, failures, reason)
+    told = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
+    return Branch(told.points, failures, reason, told.bifurcations)
 
 
 def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySource:

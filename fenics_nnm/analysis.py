@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.arrays import Indices
-from fenics_nnm.errors import ModelError
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
@@ -32,12 +32,10 @@ from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.trace_options import ArcLength, Predictor
-from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
 from fenics_nnm.reduction.matrix_files import read_matrix
 from fenics_nnm.reduction.model import ReducedModel
-from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.start import beginning
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
@@ -58,11 +56,17 @@ def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
 
 
 def linear_analysis(
-    study: Study, comm: MPI.Comm, stages: Stages | None = None
+    study: Study, comm: MPI.Comm, stages: Stages | None = None, *, at_most: int | None = None
 ) -> LinearAnalysis | MatrixAnalysis:
     """All that is linear of a study: modes, attachment solutions and the reduced model.
 
     A mesh is dealt with by all ranks together, matrices by the first one for all.
+
+    Args:
+        study: Study.
+        comm: Communicator of the mesh.
+        stages: Timings and progress.
+        at_most: Number of modes in place of that of the study; fewer where the structure has fewer.
 
     Raises:
         MeshError: if the mesh lacks a group, or contact facets touch the clamp.
@@ -72,21 +76,26 @@ def linear_analysis(
     """
     stages = stages or Stages()
     if isinstance(study, MatrixStudy):
-        return on_root(comm, lambda: _analysis_of_matrices(study, stages))
-    return _analysis_of_mesh(study, comm, stages)
+        return on_root(comm, lambda: _analysis_of_matrices(study, stages, at_most))
+    return _analysis_of_mesh(study, comm, stages, at_most)
 
 
-def _analysis_of_matrices(study: MatrixStudy, stages: Stages) -> MatrixAnalysis:
+def _analysis_of_matrices(
+    study: MatrixStudy, stages: Stages, at_most: int | None
+) -> MatrixAnalysis:
     """Read and reduce matrices of another code."""
     with stages.stage("matrices"):
         K, M, B = (read_matrix(path, name) for path, name in study.matrices.places)
         matrices = Matrices(K, M, B, study.contact.gap)
     chosen = study.reduction
     assert chosen.method != "none"  # refused by the study
-    return matrix_analysis(matrices, modes=chosen.modes, method=chosen.method, stages=stages)
+    modes = _mode_count(study, at_most, matrices.massive - matrices.massive_points)
+    return matrix_analysis(matrices, modes=modes, method=chosen.method, stages=stages)
 
 
-def _analysis_of_mesh(study: MeshStudy, comm: MPI.Comm, stages: Stages) -> LinearAnalysis:
+def _analysis_of_mesh(
+    study: MeshStudy, comm: MPI.Comm, stages: Stages, at_most: int | None
+) -> LinearAnalysis:
     """Mesh, assemble, find modes and attachment solutions, reduce."""
     with stages.stage("mesh"):
         tagged = tagged_mesh(study, comm)
@@ -96,11 +105,26 @@ def _analysis_of_mesh(study: MeshStudy, comm: MPI.Comm, stages: Stages) -> Linea
         solid = assemble_solid(tagged, _body(study), clamped)
         interface = _interface(study, solid, facets)
     with ModalSolver(solid) as solver:
+        forces = _interface_forces(study, solid, interface)
+        count = _mode_count(study, at_most, solver.free - forces.shape[1])
         with stages.stage("modes"):
-            modes = solver.modes(study.reduction.modes)
+            modes = solver.modes(count)
         with stages.stage("attachments"):
-            reduction = _reduced(study, solid, interface, modes, solver)
+            if study.reduction.method != "craig-bampton":
+                reduction = massless_reduced(solid, interface, modes, solver)
+            else:
+                reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
     return LinearAnalysis(solid, interface, modes, reduction)
+
+
+def _mode_count(study: Study, at_most: int | None, spanned: int) -> int:
+    """Number of modes of a study, or `at_most` of those that hold still at the contact points."""
+    if at_most is not None:
+        return max(1, min(at_most, spanned))
+    modes = study.reduction.modes
+    if modes == "auto":
+        raise StudyError('reduction.modes = "auto": is not found yet: see fenics_nnm.auto.choice')
+    return modes
 
 
 def nonlinear_mode(
@@ -179,8 +203,8 @@ def _with_beginning(
 def harmonic_balance(study: Study) -> HarmonicBalance:
     """How the motions of a study are written in time, and contact is found."""
     return HarmonicBalance(
-        harmonics=study.mode.harmonics,
-        samples=study.mode.samples,
+        harmonics=study.resolution.harmonics,
+        samples=study.resolution.samples,
         general=study.mode.series == "general",
         multipliers=_multipliers(study),
     )
@@ -191,20 +215,12 @@ def model_in_contact(study: Study, analysis: LinearAnalysis | MatrixAnalysis) ->
     return contact_model(analysis.model, harmonic_balance(study), full_order=study.full_order)
 
 
-def _reduced(
-    study: MeshStudy,
-    solid: Solid,
-    interface: ContactInterface,
-    modes: LinearModes,
-    solver: ModalSolver,
-) -> Reduction:
-    if study.reduction.method != "craig-bampton":
-        return massless_reduced(solid, interface, modes, solver)
-    if study.reduction.interface == "contact":
-        forces = interface.unit_forces(solid.owned)
-    else:
-        forces = interface.unit_forces_all_directions(solid.owned)
-    return craig_bampton_reduced(solid, interface, forces, study.reduction.modes, solver)
+def _interface_forces(study: MeshStudy, solid: Solid, interface: ContactInterface) -> Array:
+    """Unit forces of the interface coordinates that the reduction keeps, shape (n_owned, i)."""
+    chosen = study.reduction
+    if chosen.method == "craig-bampton" and chosen.interface != "contact":
+        return interface.unit_forces_all_directions(solid.owned)
+    return interface.unit_forces(solid.owned)
 
 
 def _multipliers(study: Study) -> MultiplierLoop | None:

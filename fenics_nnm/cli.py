@@ -133,6 +133,8 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
         console.print(_result_table(result, study))
         for encounter in result.branch.encounters:
             console.print(_told(encounter), highlight=False, markup=False, soft_wrap=True)
+        if result.told:
+            console.print(result.told, highlight=False, markup=False, soft_wrap=True)
         closing = f"{result.branch.reason}; results in {result.folder}"
         console.print(closing, highlight=False, markup=False, soft_wrap=True)
     if not result.branch.complete:
@@ -145,13 +147,18 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
 def _check(study: Study, arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.analysis import linear_analysis
+    from fenics_nnm.auto import provisional
     from fenics_nnm.output.description import describe
 
     console = _console(MPI.COMM_WORLD)
     with _stages(console, arguments) as stages:
-        analysis = linear_analysis(study, MPI.COMM_WORLD, stages)
-        text = describe(study, analysis)
+        shown = provisional(study, MPI.COMM_WORLD, stages)
+        text = describe(shown.study, shown.analysis)
+    if study.automatic:
+        text += (
+            f'\n\n{", ".join(study.automatic)} = "auto": a run finds what a tolerance of '
+            f"{study.tolerance:g} needs; this is with {shown.study.resolution}"
+        )
     console.print(text, highlight=False, markup=False, soft_wrap=True)
     return DONE
 

@@ -18,12 +18,12 @@ from mpi4py import MPI
 
 import fenics_nnm
 from fenics_nnm.analysis import (
-    linear_analysis,
     model_in_contact,
     nonlinear_mode,
     wanted_motions,
 )
 from fenics_nnm.arrays import Array
+from fenics_nnm.auto import Choice, choice, improved
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -35,6 +35,7 @@ from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
 from fenics_nnm.output import branch_file, journal
+from fenics_nnm.output.auto_report import summary_of, told, warn_of
 from fenics_nnm.output.journal import Journal
 from fenics_nnm.output.plots import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
@@ -61,11 +62,13 @@ class RunResult:
         folder: Where the results are.
         branch: The branch, with the reason of its end.
         summary: Contents of summary.json.
+        told: The numbers found for "auto" in a line; empty where all were given.
     """
 
     folder: Path
     branch: Branch
     summary: dict[str, Any]
+    told: str = ""
 
 
 def versions() -> dict[str, str]:
@@ -111,13 +114,20 @@ def run_study(
     try:
         stopped = on_root(comm, lambda: stopped_runs(folder))
         stored = on_root(comm, lambda: _to_resume(staging, stopped, text)) if resume else None
-        recorder = _Recorder(study, text, staging, stored, comm, stages)
         if comm.rank == 0 and not resume:
             _tell(stopped)
-        analysis = linear_analysis(study, comm, stages)
-        branch = recorder.follow(analysis)
+        chosen = choice(study, comm, stages, found=stored.header.resolution if stored else None)
+        while True:
+            analysis = chosen.analysis
+            recorder = _Recorder(chosen, text, staging, stored, comm, stages)
+            branch = recorder.follow(analysis)
+            finer = improved(chosen, branch.points, comm, stages)
+            if finer is None:
+                break
+            chosen, stored = finer, None
         with stages.stage("output"):
-            report_of(analysis).write_fields(staging.path / "fields", study, branch, stages)
+            fields = staging.path / "fields"
+            report_of(analysis).write_fields(fields, chosen.study, branch, stages)
             summary = recorder.write_tables(analysis, branch)
         with uninterrupted():
             on_root(comm, lambda: publish(staging.path, folder))
@@ -135,7 +145,8 @@ def run_study(
             staging.release()
     if comm.rank == 0:
         _warn(branch)
-    return RunResult(folder, branch, summary)
+        warn_of(chosen, branch)
+    return RunResult(folder, branch, summary, told(chosen, branch))
 
 
 def _to_resume(staging: Staging, stopped: tuple[Stopped, ...], text: str) -> StoredRun | None:
@@ -157,12 +168,16 @@ def _tell(stopped: tuple[Stopped, ...]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Recorder:
-    study: Study
+    chosen: Choice
     text: str
     staging: Staging
     stored: StoredRun | None
     comm: MPI.Comm
     stages: Stages
+
+    @property
+    def study(self) -> Study:
+        return self.chosen.study
 
     def follow(self, analysis: Analysis) -> Branch:
         """Follow the branch; each point is on disk before the next one is begun."""
@@ -189,7 +204,7 @@ class _Recorder:
         # one rank decides about the steps, so that round-off cannot part the ranks
         if not (self.study.full_order and isinstance(analysis, LinearAnalysis)):
             return on_root(self.comm, solve)
-        with HarmonicSolver(analysis, harmonics=self.study.mode.harmonics) as flexibility:
+        with HarmonicSolver(analysis, harmonics=self.study.resolution.harmonics) as flexibility:
             return conducted(self.comm, solve, flexibility)
 
     def write_tables(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
@@ -200,15 +215,15 @@ class _Recorder:
 
     def _begin(self, analysis: Analysis, arrays: dict[str, Array]) -> tuple[BranchPoint, ...]:
         """Make branch.h5, with the points of an earlier run that are wanted again."""
-        mode = self.study.mode
-        model = model_in_contact(self.study, analysis)
+        model, numbers = model_in_contact(self.study, analysis), self.study.resolution
         header = branch_file.BranchHeader(
             study=self.text,
             versions=versions(),
-            mode=mode.number,
-            harmonics=mode.harmonics,
-            samples=mode.samples,
-            series=mode.series,
+            mode=self.study.mode.number,
+            harmonics=numbers.harmonics,
+            samples=numbers.samples,
+            modes=numbers.modes,
+            series=self.study.mode.series,
             model=model,
         )
         stored = self.stored
@@ -236,11 +251,12 @@ class _Recorder:
             "title": self.study.title,
             **report_of(analysis).sizes(),
             "mode": self.study.mode.number,
-            "harmonics": self.study.mode.harmonics,
-            "samples": self.study.mode.samples,
+            "harmonics": self.study.resolution.harmonics,
+            "samples": self.study.resolution.samples,
             "linear_frequencies_Hz": [float(f) for f in analysis.modes.frequencies],
             "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi) or None,
             "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
+            **summary_of(self.chosen, branch),
             "points": len(branch.points),
             "statuses": dict(Counter(point.status for point in branch.points)),
             "not_verified": _not_verified(branch),

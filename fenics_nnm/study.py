@@ -5,12 +5,13 @@ from __future__ import annotations
 import difflib
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from pydantic import BaseModel, ValidationError, model_validator
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Geometry, Plate, Rod
+from fenics_nnm.resolution import Resolution
 from fenics_nnm.study_continuation import ContinuationSection
 from fenics_nnm.study_messages import first_error, plain, shown
 from fenics_nnm.study_sections import (
@@ -29,6 +30,9 @@ from fenics_nnm.study_sections import (
     Record,
     ReductionSection,
 )
+
+#: Relative error of the frequency that "auto" meets if none is given.
+DEFAULT_TOLERANCE = 1e-3
 
 
 class _AnyStudy(Record):
@@ -50,6 +54,64 @@ class _AnyStudy(Record):
         """Whether contact points carry mass, so that contact needs the augmented Lagrangian."""
         chosen = self.full_order and self.contact.law == "augmented-lagrangian"
         return chosen or self.reduction.method == "craig-bampton"
+
+    @property
+    def automatic(self) -> tuple[str, ...]:
+        """Names of the numbers that are to be found: harmonics, samples, modes."""
+        given = {
+            "harmonics": self.mode.harmonics,
+            "samples": self.mode.samples,
+            "modes": self.reduction.modes,
+        }
+        return tuple(name for name, value in given.items() if value == "auto")
+
+    @property
+    def tolerance(self) -> float:
+        """Relative error of the frequency that numbers found must meet."""
+        return self.mode.tolerance or DEFAULT_TOLERANCE
+
+    @property
+    def resolution(self) -> Resolution:
+        """Harmonics, samples and modes.
+
+        Raises:
+            StudyError: if one of them is "auto" and not found yet.
+        """
+        numbers = self.mode.harmonics, self.mode.samples, self.reduction.modes
+        if "auto" in numbers:
+            raise StudyError(
+                f'{self.automatic[0]} = "auto": is not found yet: see fenics_nnm.auto.choice'
+            )
+        return Resolution(*(int(number) for number in numbers))
+
+    def with_resolution(self, found: Resolution) -> Self:
+        """The same study with all numbers given."""
+        mode = {"harmonics": found.harmonics, "samples": found.samples}
+        return self.model_copy(
+            update={
+                "mode": self.mode.model_copy(update=mode),
+                "reduction": self.reduction.model_copy(update={"modes": found.modes}),
+            }
+        )
+
+    @model_validator(mode="after")
+    def _tolerance_has_effect(self) -> _AnyStudy:
+        if self.mode.tolerance is not None and not self.automatic:
+            raise ValueError(
+                f"mode.tolerance = {self.mode.tolerance:g}: has no effect: needs mode.harmonics, "
+                'mode.samples or reduction.modes = "auto"'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _numbers_can_be_found(self) -> _AnyStudy:
+        if self.automatic and (self.mode.harmonic > 1 or self.continuation.start):
+            key = "mode.harmonic" if self.mode.harmonic > 1 else "continuation.start"
+            raise ValueError(
+                f'{key}: does not go with {self.automatic[0]} = "auto", which is found for the '
+                "branch that begins at the linear mode: give numbers"
+            )
+        return self
 
     @model_validator(mode="after")
     def _law_fits_reduction(self) -> _AnyStudy:
@@ -96,7 +158,7 @@ class _AnyStudy(Record):
         number, chosen = self.mode.harmonic, self.continuation
         if number == 1:
             return self
-        if number > self.mode.harmonics:
+        if self.mode.harmonics != "auto" and number > self.mode.harmonics:
             raise ValueError(
                 f"mode.harmonic = {number}: must not be above mode.harmonics = "
                 f"{self.mode.harmonics}"
@@ -115,7 +177,7 @@ class _AnyStudy(Record):
 
     @model_validator(mode="after")
     def _mode_is_kept(self) -> _AnyStudy:
-        if self.mode.number > self.reduction.modes:
+        if self.reduction.modes != "auto" and self.mode.number > self.reduction.modes:
             raise ValueError(
                 f"mode.number = {self.mode.number}: must not be above "
                 f"reduction.modes = {self.reduction.modes}"

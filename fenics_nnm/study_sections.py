@@ -12,6 +12,7 @@ from fenics_nnm.study_messages import shown
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(gt=0)]
+Auto = Literal["auto"]
 FromList = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
 Vector = Annotated[
     tuple[Annotated[float, Field(allow_inf_nan=False)], ...],
@@ -196,8 +197,10 @@ class ReductionSection(Record):
         "massless",
         description='"massless" (free modes, residual flexibility), "craig-bampton", or "none"',
     )
-    modes: Count = Field(
-        40, description="number of free modes, of fixed-interface modes, or of explicit modes"
+    modes: Count | Auto = Field(
+        40,
+        description="positive number of free modes, of fixed-interface modes, or of explicit "
+        'modes; or "auto"',
     )
     interface: Literal["all", "contact"] | None = Field(
         None, description='retained directions of craig-bampton: "all" (default) or "contact"'
@@ -207,6 +210,15 @@ class ReductionSection(Record):
     def _interface_fits_method(self) -> ReductionSection:
         if self.method != "craig-bampton" and self.interface is not None:
             raise ValueError('interface belongs to method = "craig-bampton"')
+        return self
+
+    @model_validator(mode="after")
+    def _modes_fit_method(self) -> ReductionSection:
+        if self.method == "none" and self.modes == "auto":
+            raise ValueError(
+                'modes = "auto": at full order no mode is left out: must be the number of modes '
+                "that stay explicit"
+            )
         return self
 
 
@@ -243,14 +255,21 @@ class ModeSection(Record):
     harmonic: Count = Field(
         1, description="harmonic that the linear mode is written in at first, from 1"
     )
-    harmonics: Count = Field(10, description="number of harmonics, N")
-    samples: Count = Field(128, description="time samples of a period, at least 2 N + 1")
+    harmonics: Count | Auto = Field(10, description='positive number of harmonics, N, or "auto"')
+    samples: Count | Auto = Field(
+        128, description='time samples of a period, at least 2 N + 1, or "auto"'
+    )
+    tolerance: Annotated[float, Field(gt=0, lt=0.1)] | None = Field(
+        None, description='relative error of the frequency that "auto" meets, below 0.1'
+    )
     series: Literal["time-reversible", "general"] = Field(
         "time-reversible", description='"time-reversible": cosines; "general": sines too'
     )
 
     @model_validator(mode="after")
     def _samples_resolve_harmonics(self) -> ModeSection:
+        if self.harmonics == "auto" or self.samples == "auto":
+            return self
         least = 2 * self.harmonics + 1
         if self.samples < least:
             raise ValueError(

@@ -54,7 +54,7 @@ def point(ratio, value):
 def whole_run(folder):
     own = staging.claim(folder)
     model = ReducedModel(np.ones(2), np.ones((2, 2)), np.eye(2), np.ones(2))
-    header = branch_file.BranchHeader("", {}, 1, 2, 4, "time-reversible", model)
+    header = branch_file.BranchHeader("", {}, 1, 2, 4, 1, "time-reversible", model)
     points = [point(1.0 + n / 10, float(n)) for n in range(3)]
     branch_file.create(own.branch, header, {"mesh/points": np.zeros((5, 3))})
     written = journal.opened(own.branch)

@@ -30,11 +30,16 @@ class ModalSolver:
 
     PETSc options of the eigensolver take the prefix `nnm_`, those of the inertia check
     `nnm_inertia_`.
+
+    Attributes:
+        free: Number of free degrees of freedom, of all ranks.
     """
 
     def __init__(self, solid: Solid) -> None:
         """Set up the eigenproblem K phi = omega^2 M phi of a body."""
         self._solid = solid
+        clamped = int(np.count_nonzero(solid.clamped < solid.owned))
+        self.free = solid.dofs - int(solid.mass.comm.tompi4py().allreduce(clamped))
         self._eps = eigenproblem(solid, "nnm_")
         use_mumps(self._eps.getST().getKSP())
 
@@ -58,13 +63,12 @@ class ModalSolver:
             ModelError: if the body can move as a rigid body, or has too few degrees of freedom.
             ConvergenceError: if the eigensolver fails or a mode was missed.
         """
-        free = self._solid.dofs - self._solid.mass.comm.tompi4py().allreduce(self._owned_clamped())
-        if count > free:
-            raise ModelError(f"reduction.modes = {count}: the mesh has only {free} free dofs")
-        self._eps.setDimensions(min(count + _SPARE, free))
+        if count > self.free:
+            raise ModelError(f"reduction.modes = {count}: the mesh has only {self.free} free dofs")
+        self._eps.setDimensions(min(count + _SPARE, self.free))
         self._solve()
         found = self._eps.getConverged()
-        if found < min(count + 1, free):
+        if found < min(count + 1, self.free):
             raise ConvergenceError(f"eigensolver: {found} of {count} modes converged")
         squared = np.array([self._eps.getEigenvalue(i).real for i in range(found)])
         order = np.argsort(squared)
@@ -103,9 +107,6 @@ class ModalSolver:
         """
         ksp = self._eps.getST().getKSP()
         return fixed_interface_modes(self._solid, ksp, forces, attachments, count)
-
-    def _owned_clamped(self) -> int:
-        return int(np.count_nonzero(self._solid.clamped < self._solid.owned))
 
     def _solve(self) -> None:
         try:

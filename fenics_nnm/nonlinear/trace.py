@@ -44,8 +44,14 @@ _SHORT = 4
 #: Why a step is refused that meets no other objection.
 _UNLOCATED = "a fold or branch point within a step is not found"
 
+#: A step back finds the point before where it misses it by less than this part of the step.
+_RETURNED = 1e-2
+
 #: A kink is passed by steps of these multiples of the smallest one.
-_PAST_KINK = (4.0, 16.0, 64.0)
+_PAST_KINK = (4.0, 16.0, 64.0, 256.0)
+
+#: Largest angle in degrees between such a step and the tangent past the kink.
+_LARGEST_TURN_AT_KINK = 80.0
 
 #: After a kink the tangent may be this far across the step that led there.
 _ACROSS = 0.5
@@ -134,11 +140,19 @@ class Trace:
                     return
             travelled += segment.length
             yield TracePoint(reached, travelled)
-            self.reason = self.stop(reached.solution)
+            self.reason = self.stop(reached.solution) or self._comes_to_rest(here, reached)
             if self.reason:
                 return
             here, last = reached, here
         self.reason = f"points = {self.options.points} steps were taken: raise it to go on"
+
+    def _comes_to_rest(self, here: Place, reached: Place) -> str:
+        """Why there is nothing to be found on the way down a linear mode, or nothing."""
+        free = not (here.solution.forces.force.any() or reached.solution.forces.force.any())
+        falls = _gamma(reached.solution) < _gamma(here.solution)
+        if free and falls and not self.gamma.low:
+            return "the branch has come to a linear mode without contact, and leads down to rest"
+        return ""
 
     def _advanced(
         self, here: Place, last: Place | None, length: float
@@ -147,6 +161,8 @@ class Trace:
         direction, smallest, failure = self._direction(here, last), self.options.smallest_step, ""
         while length >= smallest:
             reached, failure = self._reached(here, direction, length)
+            if reached is not None and not self._leads_back(here, reached):
+                reached, failure = None, "a step back along the branch ends elsewhere"
             step = self._step(here, reached) if reached is not None else None
             if reached is not None and step is not None:
                 spare = self.options.wanted_iterations - reached.solution.iterations
@@ -157,10 +173,10 @@ class Trace:
             f"{failure or _UNLOCATED}, in steps down to smallest_step = {smallest:g}: lower it"
         )
         reached = self._past_kink(here)
-        step = self._step(here, reached) if reached is not None else None
+        step = self._step(here, reached, past_kink=True) if reached is not None else None
         return step, 2 * smallest, failure
 
-    def _step(self, here: Place, reached: Place) -> _Step | None:
+    def _step(self, here: Place, reached: Place, *, past_kink: bool = False) -> _Step | None:
         """A step with its events; None where one is not found, and the step can be shorter.
 
         A change of orientation without a branch point between is a jump to another branch.
@@ -169,7 +185,7 @@ class Trace:
         try:
             return _Step(segment, events_on(segment, self.options.event_tolerance))
         except NotOnSegmentError:
-            if segment.length > _SHORT * self.options.smallest_step:
+            if segment.length > _SHORT * self.options.smallest_step and not past_kink:
                 return None
             told = events_on(segment, self.options.event_tolerance, located=False)
             return _Step(segment, told)
@@ -182,17 +198,17 @@ class Trace:
         return np.asarray(secant / np.linalg.norm(secant))
 
     def _reached(
-        self, here: Place, direction: Array, length: float, largest_turn: float | None = None
+        self, here: Place, direction: Array, length: float, past_kink: Unknowns | None = None
     ) -> tuple[Place | None, str]:
-        """The point a step away, or None and why it is refused."""
+        """The point a step away, from a guess past a kink or along the direction, or why not."""
         arc = FixedArc(here.metric, here.at, direction, length)
-        guess = here.at.moved(here.metric.unscaled(direction), length)
+        guess = past_kink or here.at.moved(here.metric.unscaled(direction), length)
         found = self.problem.solve(arc, guess)
         if not found.converged:
             return None, f"Newton's iteration fails: {found.failure}"
         way = here.metric.between(here.at, unknowns(found))
         turn = float(np.degrees(np.arccos(min(1.0, length / float(np.linalg.norm(way))))))
-        if turn > (largest_turn or self.options.largest_turn):
+        if turn > (_LARGEST_TURN_AT_KINK if past_kink else self.options.largest_turn):
             return None, f"the branch turns by {turn:.0f} degrees in a step"
         equations = self.problem.about(found.omega)
         refusal = self.accept(equations, here.solution, found)
@@ -211,13 +227,27 @@ class Trace:
             return reached.turned()
         return reached
 
+    def _leads_back(self, here: Place, reached: Place) -> bool:
+        """Whether a step back from a point, along its own tangent, finds the one before.
+
+        Where it does not, the step is likely to have led to another branch.
+        """
+        way = reached.metric.between(here.at, reached.at)
+        length = float(np.linalg.norm(way))
+        guess = reached.at.moved(reached.metric.unscaled(reached.tangent), -length)
+        arc = FixedArc(reached.metric, reached.at, way / length, -length)
+        found = self.problem.solve(arc, guess)
+        missed = np.linalg.norm(reached.metric.between(here.at, unknowns(found)))
+        return found.converged and float(missed) < _RETURNED * length
+
     def _past_kink(self, here: Place) -> Place | None:
         """A point beyond a kink that is less than the smallest step ahead."""
         for multiple in _PAST_KINK:
             length = multiple * self.options.smallest_step
             probe = here.at.moved(here.metric.unscaled(here.tangent), length)
             beyond = self._beyond(probe, here)
-            reached, _ = self._reached(here, beyond, length, largest_turn=80.0)
+            guess = probe.moved(here.metric.unscaled(beyond), length)
+            reached, _ = self._reached(here, beyond, length, guess)
             if reached is not None:
                 way = here.metric.between(here.at, reached.at)
                 if here.tangent @ way > _BACK * np.linalg.norm(way):

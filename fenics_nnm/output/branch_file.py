@@ -5,7 +5,8 @@ Layout (SI units):
     /                    attributes: format, study (TOML), versions (JSON), reason
     /model               omega, Phi, R, gap of the reduced model
     /contact             points, directions, areas; of a mesh only
-    /series              attributes: mode (from 1), harmonics, samples, series
+    /series              attributes: mode (from 1), harmonics, samples, modes (of the reduction),
+                         series
     /mesh                points, cells (VTK order), cell_type (VTK); of a mesh only
     /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim) of a mesh;
                          shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
@@ -40,6 +41,7 @@ from fenics_nnm.output import journal
 from fenics_nnm.output.durable import replacing, write_whole
 from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.resolution import Resolution
 
 FORMAT = "fenics_nnm branch 4"
 
@@ -57,6 +59,8 @@ class BranchHeader:
         mode: Number of the linear mode, from 1.
         harmonics: Number of harmonics N.
         samples: Time samples of a period m.
+        modes: Number of modes of the reduction; those of the model are more where it has
+            constraint modes too.
         series: "time-reversible" or "general".
         model: Reduced model in SI units.
     """
@@ -66,8 +70,14 @@ class BranchHeader:
     mode: int
     harmonics: int
     samples: int
+    modes: int
     series: str
     model: ReducedModel
+
+    @property
+    def resolution(self) -> Resolution:
+        """Harmonics, samples and modes."""
+        return Resolution(self.harmonics, self.samples, self.modes)
 
     @property
     def time_series(self) -> Series:
@@ -181,7 +191,7 @@ def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
         series = file.create_group("series")
-        for name in ("mode", "harmonics", "samples", "series"):
+        for name in ("mode", "harmonics", "samples", "modes", "series"):
             series.attrs[name] = getattr(header, name)
         for name, values in arrays.items():
             file[name] = values
@@ -208,6 +218,7 @@ def _header(file: h5py.File) -> BranchHeader:
         mode=int(series["mode"]),
         harmonics=int(series["harmonics"]),
         samples=int(series["samples"]),
+        modes=int(series["modes"]),
         series=str(series["series"]),
         model=ReducedModel(
             **{name: np.array(file[f"model/{name}"]) for name in ("omega", "Phi", "R", "gap")}

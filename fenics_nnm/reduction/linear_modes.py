@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,10 @@ class LinearModes:
     def frequencies(self) -> Array:
         """Frequencies in Hz, shape (J,)."""
         return self.omega / (2 * np.pi)
+
+    def first(self, count: int) -> LinearModes:
+        """The lowest modes alone."""
+        return replace(self, omega=self.omega[:count], shapes=self.shapes[:, :count])
 
 
 def counting_shift(squared: Array, count: int) -> tuple[float, int]:

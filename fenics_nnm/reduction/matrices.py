@@ -71,6 +71,12 @@ class Matrices:
         return int(np.count_nonzero(self.M.diagonal()))
 
     @property
+    def massive_points(self) -> int:
+        """Number of contact points that move an unknown with mass."""
+        massive = self.M.diagonal() > 0
+        return int(np.count_nonzero(abs(self.B) @ massive))
+
+    @property
     def forces(self) -> Array:
         """B^T, a unit force at each contact point, shape (n, n_c)."""
         return np.asarray(self.B.T.toarray())

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.reduction.model import ReducedModel
-from fenics_nnm.reduction.truncation import Truncation
+from fenics_nnm.reduction.truncation import MasslessTruncation, Truncation
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,3 +36,20 @@ class Reduction:
     def displacement(self, q: Array, force: Array) -> Array:
         """Displacement u in m, shape (n,), of coordinates (J,) and contact forces in N (n_c,)."""
         return np.asarray(self.shapes @ q - self.residual_shapes @ force)
+
+    def first_modes(self, count: int) -> Reduction:
+        """The massless-boundary reduction with the lowest modes alone, as if made with these.
+
+        Raises:
+            TypeError: if the contact points carry mass: fewer modes span another basis then.
+        """
+        if not isinstance(self.truncation, MasslessTruncation):
+            raise TypeError("the modes of a Craig-Bampton basis are not nested")
+        omega, Phi = self.model.omega[count:], self.model.Phi[:, count:]
+        return replace(
+            self,
+            model=self.model.with_modes(np.arange(count)),
+            shapes=self.shapes[:, :count],
+            residual_shapes=self.residual_shapes + (self.shapes[:, count:] / omega**2) @ Phi.T,
+            truncation=self.truncation.without(omega, Phi),
+        )

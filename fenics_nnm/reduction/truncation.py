@@ -29,6 +29,18 @@ class MasslessTruncation:
         unit = scales.force / scales.length * scales.omega**2
         return MasslessTruncation(self.slope * unit, self.curvature * (unit * scales.omega**2))
 
+    def without(self, omega: Array, Phi: Array) -> MasslessTruncation:
+        """The same of a model that lacks some more modes.
+
+        Args:
+            omega: Circular frequencies of these modes, shape (d,).
+            Phi: Their motion at the contact points, shape (n_c, d).
+        """
+        return MasslessTruncation(
+            slope=self.slope + (Phi / omega**4) @ Phi.T,
+            curvature=self.curvature + (Phi / omega**6) @ Phi.T,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class GalerkinTruncation:

@@ -95,8 +95,8 @@ def follow(
     if failures:
         reason = f"{reason}; {advice(continuation, balance.series)}"
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
-    points = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
-    return Branch(points, failures, reason)
+    told = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
+    return Branch(told.points, failures, reason, told.bifurcations)
 
 
 def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySource:

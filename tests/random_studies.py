@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 from conftest import toml
-from study_outcome import TRUSTED, Examiner, Outcome
+from study_outcome import Examiner, Outcome
+
+from fenics_nnm.nonlinear.verdict import VERIFIED
 
 Section = dict[str, Any]
 
@@ -205,7 +207,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="run random studies and judge how they end")
     parser.add_argument("--count", type=int, default=200, help="how many studies")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
-    parser.add_argument("--seconds", type=float, default=120.0, help="longest time of a study")
+    parser.add_argument("--seconds", type=float, default=600.0, help="longest time of a study")
     parser.add_argument("--folder", type=Path, help="where studies and results are kept")
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch, Examiner(chosen.seconds) as examiner:
@@ -225,7 +227,7 @@ def _summarise(outcomes: list[Outcome]) -> None:
     statuses: Counter[str] = sum((outcome.statuses for outcome in outcomes), Counter())
     for status, count in statuses.most_common():
         _say(f"{count:6d}  points: {status}")
-    _say(f"{sum(o.checked for o in outcomes):6d}  of the {TRUSTED} points integrated in time")
+    _say(f"{sum(o.checked for o in outcomes):6d}  of the {VERIFIED} points integrated in time")
     _say(f"{sum(o.shot for o in outcomes):6d}  of these with a frequency by shooting")
     _say(f"{max(o.seconds for o in outcomes):6.1f}  s, the longest study")
 

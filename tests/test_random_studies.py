@@ -16,7 +16,11 @@ def examiner() -> Iterator[Examiner]:
         yield running
 
 
-@pytest.mark.parametrize("number", range(12))
+#: Rods, plates, beams, matrices; all methods and ways along a branch; refusals; quick ones.
+NUMBERS = (0, 1, 2, 4, 9, 13, 17, 18, 23, 28, 37, 39)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
 def test_random_study(number: int, examiner: Examiner, tmp_path: Path) -> None:
     """It ends with a branch, or a reason, and integration in time agrees where it is trusted."""
     outcome = examiner.outcome(write_study(number, tmp_path))

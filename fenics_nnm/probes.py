@@ -73,7 +73,7 @@ def _points(
     balance: HarmonicBalance,
     ratios: Sequence[float],
 ) -> tuple[BranchPoint, ...]:
-    ends = ratios[0], ratios[-1]
+    ends = ratios[0], max(ratios[-1], 1.01 * ratios[0])
     energies = EnergyContinuation(
         *ends, step=ends[1] - ends[0], smallest_step=np.inf, report_at=tuple(ratios)
     )

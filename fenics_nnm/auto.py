@@ -15,6 +15,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis
+from fenics_nnm.errors import TooManyModesError
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.finer import MOST, Finer, least
@@ -36,6 +37,9 @@ _ROUNDS = 3
 
 #: Fewest modes computed at once, as a few more cost little.
 _MODES_AT_ONCE = 40
+
+#: Where modes leave nothing to the contact points, this part of them is tried.
+_FEWER = 0.75
 
 #: The error of the samples at a probe may be larger by this factor beside it.
 _BETWEEN = 2.0
@@ -134,6 +138,8 @@ def improved(
     logger.info("expected error %.1e: once more with %s", worst.total, raised)
     energies = chosen.energies if np.isnan(worst.at) else (*chosen.energies, worst.at)
     found = _search(models, finer, raised, energies)
+    if found.study.resolution == chosen.study.resolution:
+        return None
     return replace(found, round=chosen.round + 1)
 
 
@@ -196,7 +202,7 @@ class _Models:
             self._kept = self._kept or linear_analysis(self.study, self.comm, self.stages)
             return at, self._kept
         if self.study.reduction.method == "craig-bampton":
-            analysis = linear_analysis(self.study, self.comm, self.stages, at_most=at.modes)
+            analysis = self._analysis(at.modes)
             return replace(at, modes=len(analysis.modes.omega)), analysis
         largest = self._with(at.modes)
         while (count := self._needed(at, largest)) > len(largest.modes.omega) and not self._all:
@@ -214,9 +220,19 @@ class _Models:
         """An analysis of so many modes or more, or of all there are."""
         if self._kept is None or (len(self._kept.modes.omega) < count and not self._all):
             asked = max(_MODES_AT_ONCE, 2 * count if self._kept else count)
-            self._kept = linear_analysis(self.study, self.comm, self.stages, at_most=asked)
+            self._kept = self._analysis(asked)
             self._all = len(self._kept.modes.omega) < asked
         return self._kept
+
+    def _analysis(self, count: int) -> Analysis:
+        """An analysis of so many modes, or of as many as leave something to the contact points."""
+        while True:
+            try:
+                return linear_analysis(self.study, self.comm, self.stages, at_most=count)
+            except TooManyModesError:
+                if count <= self.study.mode.number:
+                    raise
+                count = max(self.study.mode.number, int(_FEWER * count))
 
 
 def _first(analysis: Analysis, count: int) -> Analysis:

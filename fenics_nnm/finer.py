@@ -17,8 +17,8 @@ MOST = Resolution(harmonics=80, samples=16384, modes=160)
 #: Coefficients of a motion, (N + 1) J or twice that, at most: a Newton step takes a second then.
 _MOST_UNKNOWNS = 2400
 
-#: A number that is too small by more than this factor is doubled.
-_FAR = 4.0
+#: A number grows by the second factor where it is too small by more than the first one.
+_GROWTH = ((4.0, 2.0), (2.5, 1.4), (0.0, 1.2))
 
 #: Fewest samples a harmonic.
 _SAMPLES_A_HARMONIC = 8
@@ -89,7 +89,8 @@ class Finer:
         if source == "samples":
             return at.samples * 2 ** int(np.clip(np.ceil(np.log2(factor)), 1, 3))
         now = at.harmonics if source == "harmonics" else at.modes
-        return int(np.ceil(now * (1.4 if factor < _FAR else 2)))
+        growth = next(growth for least, growth in _GROWTH if factor >= least)
+        return int(np.ceil(now * growth))
 
     def _limit(self, source: str, at: Resolution, harmonics_error: float) -> str:
         """Why a number is not raised, or nothing."""
@@ -101,9 +102,9 @@ class Finer:
                 most = min(most, (at.samples - 1) // 2)
             if self._stagnates(at.harmonics, harmonics_error):
                 return "more of them do not lower the error: internal resonances"
-        if 1.4 * now > most:
+        if 1.2 * now > most:
             return f"the largest number tried is {most}"
-        if source != "samples" and 1.4 * unknowns > _MOST_UNKNOWNS:
+        if source != "samples" and 1.2 * unknowns > _MOST_UNKNOWNS:
             return f"a motion has {unknowns} coefficients, and at most {_MOST_UNKNOWNS} are tried"
         return ""
 

@@ -25,6 +25,9 @@ MORE_HARMONICS, MORE_SAMPLES = 2, 4
 #: The finer equations are not solved beyond this number of unknowns (half a GB).
 _MOST_UNKNOWNS = 8000
 
+#: A defect below this part of the motion is round-off.
+_ROUND_OFF = 1e-13
+
 #: A linearised step that leaves more than this part of the defect does not hold.
 HOLDS = 0.5
 
@@ -96,7 +99,7 @@ def _step(coarse: HarmonicEquations, solution: Solution, finer: HarmonicEquation
     known = series.fitted(coarse.force_harmonics(solution.forces) @ Phi)
     defect = finer.force_harmonics(forces) @ Phi - known
     begins = float(np.linalg.norm(defect / finer.row_scale(omega)))
-    if begins == 0.0:
+    if begins <= _ROUND_OFF * np.linalg.norm(q):
         return _Step(0.0, 0.0)
     step = linear_step(finer, Unknowns(q, omega), forces, defect)
     if step is None:

@@ -7,6 +7,7 @@ pass the test of the caller, must lead back, and what it seems to have passed mu
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -41,7 +42,7 @@ from fenics_nnm.nonlinear.trace_options import ArcLength, Heading, Predictor, Ra
 _SHORT = 4
 
 #: Why a step is refused that meets no other objection.
-_UNLOCATED = "a fold or branch point within a step is not found"
+_UNLOCATED = "a fold, branch point or target within a step is not found"
 
 #: A step back finds the point before where it misses it by less than this part of the step.
 _RETURNED = 1e-2
@@ -93,12 +94,22 @@ class TracePoint:
         return self.place.solution
 
 
+_Hit = tuple[float, Place, str]
+"""Fraction of a step, point, and whether a range is left there: why the branch ends, or nothing."""
+
+_Span = tuple[
+    str, Range, Callable[[Solution], float], Callable[[float], FixedEnergy | FixedFrequency]
+]
+"""Name, range and value of what is bounded, and the constraint that fixes it."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """A step, and the events on it with their fractions of it."""
+    """A step, the events on it with their fractions of it, and the targets hit."""
 
     segment: Segment
     events: list[tuple[float, Event]]
+    hits: list[_Hit]
 
 
 @dataclass(slots=True)
@@ -179,18 +190,19 @@ class Trace:
         return step, 2 * smallest, failure if step else failure + self._looseness(here)
 
     def _step(self, here: Place, reached: Place, *, past_kink: bool = False) -> _Step | None:
-        """A step with its events; None where one is not found, and the step can be shorter.
+        """A step with what lies on it; None where that is not found, and the step can be shorter.
 
         A change of orientation without a branch point between is a jump to another branch.
         """
-        segment = Segment(self.problem, here, reached)
+        segment, tolerance = Segment(self.problem, here, reached), self.options.event_tolerance
         try:
-            return _Step(segment, events_on(segment, self.options.event_tolerance))
+            events = events_on(segment, tolerance)
+            return _Step(segment, events, self._hits(segment, events))
         except NotOnSegmentError:
             if segment.length > _SHORT * self.options.smallest_step and not past_kink:
                 return None
-            told = events_on(segment, self.options.event_tolerance, located=False)
-            return _Step(segment, told)
+            told = events_on(segment, tolerance, located=False)
+            return _Step(segment, told, self._leaves(segment))
 
     def _direction(self, here: Place, last: Place | None) -> Array:
         """Unit vector of the prediction in the scaled unknowns about a point."""
@@ -268,35 +280,46 @@ class Trace:
 
     def _between(self, step: _Step) -> Iterator[tuple[float, TracePoint]]:
         """Events and hit targets within a step, in order, with their fractions of the step."""
-        low = 0.0
-        for fraction, event in [*step.events, (1.0, None)]:
-            yield from self._hits(step.segment, low, fraction)
-            if self.reason:
+        events = [(at, TracePoint(event.place, 0.0, event), "") for at, event in step.events]
+        hits = [(at, TracePoint(hit, 0.0, target=True), leaves) for at, hit, leaves in step.hits]
+        for fraction, point, leaves in sorted([*hits, *events], key=lambda item: item[0]):
+            self.reason = leaves
+            yield fraction, point
+            if leaves:
                 return
-            if event is not None:
-                yield fraction, TracePoint(event.place, 0.0, event)
-            low = fraction
 
-    def _hits(
-        self, segment: Segment, low: float, high: float
-    ) -> Iterator[tuple[float, TracePoint]]:
-        """Points where gamma or omega, monotonic between two fractions, has a wanted value."""
-        ends = segment.at(low).solution, segment.at(high).solution
-        found = []
-        for name, span, value_of, fixed in (
+    def _hits(self, segment: Segment, events: list[tuple[float, Event]]) -> list[_Hit]:
+        """Points where gamma or omega, monotonic between two events, has a wanted value.
+
+        Raises:
+            NotOnSegmentError: if one is not found.
+        """
+        found, fractions = [], [0.0, *(fraction for fraction, _ in events), 1.0]
+        for low, high in itertools.pairwise(fractions):
+            ends = segment.at(low).solution, segment.at(high).solution
+            for name, span, value_of, fixed in self._spans:
+                rising = value_of(ends[1]) - value_of(ends[0])
+                for value in span.between(value_of(ends[0]), value_of(ends[1])):
+                    fraction, at = _hit(segment, value_of, fixed, value, low, high)
+                    found.append((fraction, at, _leaving(name, span, value, rising)))
+        return found
+
+    def _leaves(self, segment: Segment) -> list[_Hit]:
+        """The end of a segment, if a range is left on it."""
+        first, second = segment.first.solution, segment.second.solution
+        for name, span, value_of, _ in self._spans:
+            rising = value_of(second) - value_of(first)
+            for value in span.between(value_of(first), value_of(second)):
+                if leaves := _leaving(name, span, value, rising):
+                    return [(1.0, segment.second, leaves)]
+        return []
+
+    @property
+    def _spans(self) -> tuple[_Span, _Span]:
+        return (
             ("gamma", self.gamma, _gamma, FixedEnergy),
             ("omega", self.omega, _omega, FixedFrequency),
-        ):
-            for value in span.between(value_of(ends[0]), value_of(ends[1])):
-                at = _hit(segment, value_of, fixed, value, low, high)
-                rising = value_of(ends[1]) - value_of(ends[0])
-                leaves = f"{name} leaves its range at {value:g}"
-                found.append((*at, leaves if span.left_at(value, rising) else ""))
-        for fraction, point, leaves in sorted(found, key=lambda item: item[0]):
-            self.reason = leaves
-            yield fraction, TracePoint(point, 0.0, target=True)
-            if self.reason:
-                return
+        )
 
 
 def trace(
@@ -357,6 +380,11 @@ def start_place(problem: Problem, start: Solution, heading: Heading | Unknowns) 
         raise ModelError(f'heading "{heading}": the branch is level there; head by the other')
     up = heading in (Heading.GAMMA_UP, Heading.OMEGA_UP)
     return first if (slope > 0) == up else first.turned()
+
+
+def _leaving(name: str, span: Range, value: float, rising: float) -> str:
+    """That a range is left at a value, or nothing."""
+    return f"{name} leaves its range at {value:g}" if span.left_at(value, rising) else ""
 
 
 def _gamma(solution: Solution) -> float:

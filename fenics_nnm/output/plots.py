@@ -61,7 +61,7 @@ def plot_backbone(
         bifurcations: Bifurcations to mark.
         curves: Further curves by name, as gamma ratios and frequencies in Hz.
     """
-    figure = Figure(figsize=(10, 4.8), layout="constrained")
+    figure = Figure(figsize=(12, 4.8), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, sharey=True)
     frequency = [point.frequency for point in points]
@@ -85,7 +85,7 @@ def plot_backbone(
     left.axvline(1, color="0.6", lw=0.8, ls=":")
     left.set_xlabel(r"modal energy coordinate $\gamma / \gamma_\mathrm{grazing}$  (1)")
     left.set_ylabel("frequency  (Hz)")
-    left.legend(loc="best", fontsize=9)
+    figure.legend(*left.get_legend_handles_labels(), loc="outside right upper", fontsize=9)
     right.set_xlabel("total energy  (J)")
     if energy and max(energy) > _LOGARITHMIC * min(energy):
         right.set_xscale("log")

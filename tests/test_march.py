@@ -79,6 +79,7 @@ def test_halved_steps_reach_a_target_beside_a_gap() -> None:
         (EnergyContinuation(0.8, 2.0, 0.1), 7, "raise mode.samples = 7,"),
         (EnergyContinuation(0.8, 2.0, 0.1), 64, "mode.harmonics, or fewer reduction.modes"),
         (FrequencyContinuation(1.1, 1.5, 0.1), 128, "to all continuation.frequencies; another"),
+        (FrequencyContinuation(1.1, 1.5, 0.1), 9, "to all continuation.frequencies; raise mode"),
         (ArcContinuation(0.8, 2.0), 128, "keys of continuation.arc_length"),
     ],
 )

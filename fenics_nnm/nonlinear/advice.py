@@ -20,11 +20,12 @@ def advice(continuation: Continuation, series: Series) -> str:
         continuation: Which motions were wanted.
         series: Series in time of the finest level.
     """
-    if series.samples < _ENOUGH_SAMPLES:
-        return f"raise mode.samples = {series.samples}, as contact may be short: 128 are usual"
-    if isinstance(continuation, ArcContinuation):
-        return "the bounds of steps are keys of continuation.arc_length"
-    truncation = "another number of mode.harmonics, or fewer reduction.modes, may reach more"
+    few = series.samples < _ENOUGH_SAMPLES
+    hint = "another number of mode.harmonics, or fewer reduction.modes, may reach more"
+    if few:
+        hint = f"raise mode.samples = {series.samples}, as contact may be short: 128 are usual"
+    elif isinstance(continuation, ArcContinuation):
+        hint = "the bounds of steps are keys of continuation.arc_length"
     if isinstance(continuation, FrequencyContinuation):
-        return f"contact may not raise this mode to all continuation.frequencies; {truncation}"
-    return truncation
+        return f"contact may not raise this mode to all continuation.frequencies; {hint}"
+    return hint

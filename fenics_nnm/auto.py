@@ -129,7 +129,7 @@ def improved(
         return None
     finer = chosen.finer or Finer(chosen.asked)
     worst = accuracy(points, finer.free)
-    if worst.only(finer.free).total <= chosen.study.tolerance:
+    if worst.only(finer.free).meets(chosen.study.tolerance):
         return None
     models = _Models(chosen.asked, comm, stages)
     raised = finer.raised(chosen.study.resolution, worst)
@@ -156,8 +156,9 @@ def _search(
             finer.has_all_modes(at.modes)
         tried.append(_tried(models, finer, models.study.with_resolution(at), analysis, energies))
         at = finer.raised(at, _expected(tried[-1]))
-    met = _expected(tried[-1]).only(finer.free).total <= models.study.tolerance
-    return tried[-1] if met else min(tried, key=lambda choice: _expected(choice).total)
+    if _expected(tried[-1]).only(finer.free).meets(models.study.tolerance):
+        return tried[-1]
+    return min(tried, key=lambda one: _expected(one).total / _expected(one).allowance)
 
 
 def _tried(

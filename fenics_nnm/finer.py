@@ -66,9 +66,9 @@ class Finer:
             at: Numbers tried.
             found: Errors with them.
         """
-        while self.free and found.only(self.free).total > self.study.tolerance:
+        while self.free and not found.only(self.free).meets(self.study.tolerance):
             source = max(self.free, key=found.of)
-            excess = 2 * found.of(source) / self.study.tolerance
+            excess = 2 * found.of(source) / (found.allowance * self.study.tolerance)
             number = self._next(source, at, excess)
             limit = self._limit(source, at, found.harmonics)
             if not limit:

@@ -23,7 +23,7 @@ def summary_of(chosen: Choice, branch: Branch) -> dict[str, Any]:
         "auto": {
             "found": list(chosen.asked.automatic),
             "tolerance": chosen.study.tolerance,
-            "met": found.total <= chosen.study.tolerance,
+            "met": found.meets(chosen.study.tolerance),
             "harmonics_error": found.harmonics,
             "samples_error": found.samples,
             "reduction_error": found.modes,
@@ -50,7 +50,7 @@ def warn_of(chosen: Choice, branch: Branch) -> None:
     if not chosen.automatic or not branch.points:
         return
     found, tolerance = accuracy(branch.points), chosen.study.tolerance
-    if found.total <= tolerance:
+    if found.meets(tolerance):
         return
     source = max(SOURCES, key=found.of)
     number, error = getattr(chosen.study.resolution, source), found.of(source)
@@ -67,7 +67,7 @@ def warn_of(chosen: Choice, branch: Branch) -> None:
         source,
         number,
         why,
-        needed(source, number, error, tolerance / 2),
+        needed(source, number, error, found.allowance * tolerance / 2),
     )
 
 

@@ -35,7 +35,8 @@ def least(study: Study) -> Resolution:
     given = {"harmonics": study.mode.harmonics, "samples": study.mode.samples}
     given["modes"] = study.reduction.modes
     kept = {name: value for name, value in given.items() if value != "auto"}
-    begin = replace(_LEAST, modes=max(_LEAST.modes, study.mode.number), **kept)
+    fewest = {"modes": max(_LEAST.modes, study.mode.number)}
+    begin = replace(_LEAST, **{**fewest, **kept})
     if "harmonics" in study.automatic:
         begin = replace(begin, harmonics=min(begin.harmonics, (begin.samples - 1) // 2))
     return _with_samples(study, begin)

@@ -15,6 +15,8 @@ import numpy as np
 from conftest import toml
 from study_outcome import Examiner, Outcome
 
+from fenics_nnm.nonlinear.verdict import VERIFIED
+
 Section = dict[str, Any]
 
 
@@ -23,11 +25,14 @@ def write_study(number: int, folder: Path) -> Path:
     chance = Random(f"study {number}")
     folder.mkdir(parents=True, exist_ok=True)
     study = _matrices(chance, folder) if chance.random() < 0.25 else _mesh(chance)
-    study |= {"mode": _mode(chance), "continuation": _continuation(chance)}
+    study["mode"] = _mode(chance)
     study["reduction"] = _reduction(chance, of_mesh="mesh" in study)
     study["mode"]["number"] = min(study["mode"]["number"], study["reduction"]["modes"])
-    if study["reduction"]["method"] == "none" and chance.random() < 0.3:
-        study["contact"]["law"] = "augmented-lagrangian"
+    method = study["reduction"]["method"]
+    if method == "none" and chance.random() < 0.3:
+        study["contact"]["law"] = method = "augmented-lagrangian"
+    with_mass = method in ("craig-bampton", "augmented-lagrangian")
+    study["continuation"] = _continuation(chance, with_mass=with_mass)
     path = folder / "study.toml"
     path.write_text(toml({"title": f"Random study {number}", **study}))
     return path
@@ -171,12 +176,24 @@ def _mode(chance: Random) -> Section:
     }
 
 
-def _continuation(chance: Random) -> Section:
+def _continuation(chance: Random, *, with_mass: bool) -> Section:
     first, last = chance.choice([0.7, 0.95, 1.0, 1.02]), chance.uniform(1.2, 3.0)
     step = chance.choice([0.1, 0.2, 0.3, 0.5])
+    ways = ["energy"] * 4 + ["frequency", "arc-length", "follow"]
+    way = "energy" if with_mass else chance.choice(ways)
+    if way == "frequency":
+        frequencies = {"from": 1.0 + 0.02 * chance.random(), "to": 1.02 + 0.1 * chance.random()}
+        return {"parameter": way, "frequencies": {**frequencies, "step": 0.05 * step}}
     section: Section = {"energies": {"from": first, "to": last, "step": step}}
     if chance.random() < 0.3:
         section["report_at"] = [chance.uniform(first, last)]
+    if way in ("arc-length", "follow"):
+        section["arc_length"] = {"points": chance.choice([30, 60])}
+    if way == "arc-length":
+        section["parameter"] = way
+        del section["energies"]["step"]
+    if way == "follow":
+        section["internal_resonance"] = way
     return section
 
 
@@ -190,7 +207,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="run random studies and judge how they end")
     parser.add_argument("--count", type=int, default=200, help="how many studies")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
-    parser.add_argument("--seconds", type=float, default=120.0, help="longest time of a study")
+    parser.add_argument("--seconds", type=float, default=600.0, help="longest time of a study")
     parser.add_argument("--folder", type=Path, help="where studies and results are kept")
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch, Examiner(chosen.seconds) as examiner:
@@ -210,8 +227,8 @@ def _summarise(outcomes: list[Outcome]) -> None:
     statuses: Counter[str] = sum((outcome.statuses for outcome in outcomes), Counter())
     for status, count in statuses.most_common():
         _say(f"{count:6d}  points: {status}")
-    _say(f"{sum(o.checked for o in outcomes):6d}  points integrated in time independently")
-    _say(f"{sum(o.skipped for o in outcomes):6d}  points too long to integrate")
+    _say(f"{sum(o.checked for o in outcomes):6d}  of the {VERIFIED} points integrated in time")
+    _say(f"{sum(o.shot for o in outcomes):6d}  of these with a frequency by shooting")
     _say(f"{max(o.seconds for o in outcomes):6.1f}  s, the longest study")
 
 

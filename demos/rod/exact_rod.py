@@ -1,12 +1,16 @@
-"""Exact first nonlinear mode of the rod: one contact of finite duration a period.
+"""Exact nonlinear modes of the rod: one contact of finite duration a period.
 
 The rod of unit length, wave speed, E A and gap moves as
 
-    u(x, t) = F(t + x) - F(t - x),     F' = -a on a length 2, +a on a length T - 2,
+    u(x, t) = F(t + x) - F(t - x),     F' = -a on a length d, +a on a length T - d,
 
-with T in (3, 4) the period and a = 1 / (2 (T - 3)): a square wave runs along the rod, the tip
-rests on the obstacle during 4 - T with the constant force 2 a. Then omega / omega_1 = 4 / T and the
-energy is 2 a^2. All of it in units of the linear rod, so ratios hold for any rod.
+a square wave that runs along the rod, with T the period. Clamped at x = 0; at the tip u' =
+F'(t + 1) - F'(t - 1), and the force is -(F'(t + 1) + F'(t - 1)). Their arguments differ by 2, that
+is by d = 2 - (k - 1) T after whole periods. So the force is 0, or 2 a while both are in the low
+part, for 4 - (2 k - 1) T; the tip rests then, and at the gap if a = 1 / (2 k^2 T - 4 k - 2).
+This is mode k for T from (2 k + 1) / k^2, where a is infinite, to 4 / (2 k - 1), the period of the
+linear mode. k = 1: T in (3, 4), a = 1 / (2 (T - 3)), the energy is 2 a^2. All of it in units of the
+linear rod, so ratios hold for any rod and gap.
 """
 
 import numpy as np
@@ -18,31 +22,33 @@ Array = NDArray[np.float64]
 GRAZING_GAMMA = 1 / 8
 
 
-def gamma(period: float, intervals: int = 2000) -> float:
+def gamma(period: float, mode: int = 1, intervals: int = 2000) -> float:
     """Modal energy coordinate <v^2> / (2 omega^2), integrated over the rod.
 
     The mean of v^2 at x is 2 a^2 - 2 R(2 x) with R the autocorrelation of F'.
     """
-    a = 1 / (2 * (period - 3))
+    a = 1 / (2 * mode**2 * period - 4 * mode - 2)
+    low = 2 - (mode - 1) * period
     x = np.linspace(0, 1, intervals + 1)
-    mean_square = 2 * a**2 - 2 * _autocorrelation(2 * x, period, a)
+    mean_square = 2 * a**2 - 2 * _autocorrelation(2 * x, period, low, a)
     omega = 2 * np.pi / period
     return float(np.trapezoid(mean_square, x) / 2 / omega**2)
 
 
-def _autocorrelation(shift: Array, period: float, a: float) -> Array:
+def _autocorrelation(shift: Array, period: float, low: float, a: float) -> Array:
     shift = np.mod(shift, period)
-    both_low = np.maximum(0, 2 - shift) + np.maximum(0, 2 - (period - shift))
-    one_low = 2 * (2 - both_low)
+    both_low = np.maximum(0, low - shift) + np.maximum(0, low - (period - shift))
+    one_low = 2 * (low - both_low)
     both_high = period - both_low - one_low
     return a**2 * (both_low - one_low + both_high) / period
 
 
-def frequency_ratio(gamma_ratio: Array | float) -> Array:
-    """omega / omega_1 of the exact mode at given gamma over gamma at grazing."""
-    periods = np.linspace(3.02, 3.9999, 4000)
-    ratios = np.array([gamma(period) for period in periods]) / GRAZING_GAMMA
-    return np.interp(gamma_ratio, ratios[::-1], 4 / periods[::-1])
+def frequency_ratio(gamma_ratio: Array | float, mode: int = 1) -> Array:
+    """omega / omega_k of the exact mode k at given gamma over gamma at grazing."""
+    linear, shortest = 4 / (2 * mode - 1), (2 * mode + 1) / mode**2
+    periods = shortest + (linear - shortest) * np.linspace(0.02, 0.9999, 4000)
+    ratios = np.array([gamma(period, mode) for period in periods]) / GRAZING_GAMMA
+    return np.interp(gamma_ratio, ratios[::-1], linear / periods[::-1])
 
 
 def period_at(gamma_ratio: float) -> float:

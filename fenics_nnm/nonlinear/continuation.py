@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.advice import advice
 from fenics_nnm.nonlinear.arc_march import ArcMarch
 from fenics_nnm.nonlinear.branch import Branch
 from fenics_nnm.nonlinear.frequency_sweep import FrequencySweep
@@ -89,9 +90,11 @@ def follow(
     harmonic = continuation.harmonic if isinstance(continuation, ArcContinuation) else 1
     maker = PointMaker(finest, scales, error, _series_estimate(lift.levels[-1]), harmonic)
     found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
+    if failures:
+        reason = f"{reason}; {advice(continuation, balance.series)}"
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
-    points = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
-    return Branch(points, failures, reason)
+    told = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
+    return Branch(told.points, failures, reason, told.bifurcations)
 
 
 def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySource:

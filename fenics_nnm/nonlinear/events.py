@@ -11,13 +11,17 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.arc_length import Metric, Place, Problem, null_space, place, unknowns
 from fenics_nnm.nonlinear.newton import Solution, Unknowns
-from fenics_nnm.nonlinear.segment import Segment
+from fenics_nnm.nonlinear.segment import NotOnSegmentError, Segment
 
 #: Slopes d ln gamma / ds and d ln omega / ds below this are round-off: the branch is level there.
 _LEVEL = 1e-9
 
 #: A function that changes sign, and is still this part of its values at the ends, jumps there.
 _JUMP = 1e-2
+
+#: Points this many tolerances to both sides of a kink are no farther apart than this part of the
+#: step: else it is a gap.
+_SIDES, _GAP = 4.0, 1e-2
 
 #: The tangent at a branch point is taken from points this part of the step to both sides.
 _BESIDE = 1e-2
@@ -147,12 +151,27 @@ def _located(
     fraction = segment.zero(lambda point: value(problem, point), 0.0, 1.0, tolerance)
     at = segment.at(fraction)
     jumps = abs(value(problem, at)) > _JUMP * min(map(abs, ends))
+    if jumps:
+        _check_continuity(segment, fraction, tolerance)
     if kind is not EventKind.BRANCH_POINT:
         return fraction, Event(kind, at, tolerance, jumps)
     at = replace(at, tangent=_tangent(segment, fraction))
     values, kernel = _kernel(problem, at)
     kernel = np.empty((0, at.tangent.size)) if jumps else kernel
     return fraction, Event(kind, at, tolerance, jumps, values, kernel)
+
+
+def _check_continuity(segment: Segment, fraction: float, tolerance: float) -> None:
+    """A kink has points near it to both sides; a gap is between two branches.
+
+    Raises:
+        NotOnSegmentError: if there is a gap.
+    """
+    beside = _SIDES * tolerance / segment.length
+    sides = [segment.at(float(np.clip(fraction + step, 0, 1))) for step in (-beside, beside)]
+    gap = np.linalg.norm(segment.metric.between(sides[0].at, sides[1].at))
+    if gap > _GAP * segment.length:
+        raise NotOnSegmentError("the step leads to another branch")
 
 
 def _tangent(segment: Segment, fraction: float) -> Array:

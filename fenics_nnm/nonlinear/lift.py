@@ -87,6 +87,8 @@ class Lift:
     mode: int
     newton: Newton
     _coarse: dict[float, Solution] = field(default_factory=dict)
+    _alone: dict[float, Stack] = field(default_factory=dict)
+    _beside: dict[float, Stack] = field(default_factory=dict)
 
     def at(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
         """Solve at `gamma_ratio`, with the help of a neighbouring point where that is better.
@@ -94,11 +96,16 @@ class Lift:
         Lifting at this energy alone finds the branch afresh; where it fails, or ends in an
         internal resonance, motions of nearby frequencies and the levels of the neighbour guide
         it. Of several motions the one that keeps most of its energy in the followed mode is taken.
+        An energy that is tried again, from another neighbour, keeps what does not depend on it.
         """
-        alone = self._lifted(gamma_ratio, None)
+        if gamma_ratio not in self._alone:
+            self._alone[gamma_ratio] = self._lifted(gamma_ratio, None)
+        alone = self._alone[gamma_ratio]
         if not self._doubtful(alone, neighbour):
             return alone
-        found = [alone, self._through_frequency(alone)]
+        if gamma_ratio not in self._beside:
+            self._beside[gamma_ratio] = self._through_frequency(alone)
+        found = [alone, self._beside[gamma_ratio]]
         if neighbour is not None:
             found.append(self._lifted(gamma_ratio, neighbour))
         return self.best(found)

@@ -82,6 +82,8 @@ class March:
     def reach(self, target: float, first: Stack | None = None) -> None:
         """Get to `target` in halved steps where one step fails.
 
+        Steps over a place that was missed are not halved: they were, on the way to that place.
+
         Args:
             target: Wanted place.
             first: Point to begin at; the nearest one if None.
@@ -100,7 +102,7 @@ class March:
             self.failures.setdefault(target, stack.failure)
             start = neighbour.place if neighbour else at
             at = (start + at) / 2
-            if abs(at - start) < self.smallest_step:
+            if abs(at - start) < self.smallest_step or self._misses_between(start, target):
                 return
 
     def pass_energies(
@@ -151,6 +153,10 @@ class March:
                 stack = self.course.at(place, self.stacks[above])
                 if stack.share > self.stacks[place].share:
                     self.accept(stack)
+
+    def _misses_between(self, one: float, other: float) -> bool:
+        low, high = sorted((one, other))
+        return any(low < place < high for place in self.failures)
 
     def _nearest(self, target: float) -> Stack | None:
         nearest = min(self.stacks, key=lambda place: abs(place - target), default=None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import TooManyModesError
@@ -10,6 +11,11 @@ from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.reduction.truncation import massless_truncation
+
+#: Least part of the static flexibility that R must keep for any motion of the contact points.
+#: Forces are displacements over R: below this, round-off in displacements shows in the equations
+#: above the tolerance of 1e-10 that they are solved to.
+_LEAST_PART = 1e-6
 
 
 def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedModel:
@@ -28,7 +34,7 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
 
     Raises:
         TooManyModesError: if R is not positive definite to round-off: points whose motion the
-            modes span altogether, or two points at one place.
+            modes span altogether, or two points at one place; or if it is below 1e-6 of S.
     """
     S = (S + S.T) / 2
     modal = Phi / omega
@@ -38,6 +44,13 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
         raise TooManyModesError(
             f"massless reduction: the residual flexibility has the eigenvalue {lowest:.3g} m/N, "
             "which is zero to round-off: use fewer reduction.modes or fewer contact points"
+        )
+    part = float(eigh(R, S, eigvals_only=True, subset_by_index=[0, 0])[0])
+    if part < _LEAST_PART:
+        raise TooManyModesError(
+            f"massless reduction: the modes leave contact points {part:.1e} of their static "
+            f"flexibility, less than {_LEAST_PART:g}, so that contact would be all but rigid: "
+            "use fewer reduction.modes"
         )
     return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)
 

@@ -277,7 +277,8 @@ def test_accuracy_among_resonances_is_that_of_the_median() -> None:
     points = [point(harmonics_error=error) for error in (1e-4, 5e-4, 6e-4, 14e-4)]
     found = accuracy(points + wild)
     assert found.total == 6e-4 and np.isnan(found.at)
-    found = accuracy([*points[:3], point(harmonics_error=4e-3), *wild])
+    assert accuracy([*points, point(harmonics_error=4e-3), *wild]).total == 14e-4
+    found = accuracy([*2 * points[:3], *2 * [point(harmonics_error=4e-3)], *wild])
     assert (found.total, found.at, found.allowance) == (4e-3, 1.0, 3.0)
     assert not found.meets(1e-3) and found.meets(1.4e-3)
 

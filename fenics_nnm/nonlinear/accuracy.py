@@ -18,6 +18,9 @@ SOURCES = ("harmonics", "samples", "modes")
 #: has others, which none makes vanish.
 _ALLOWANCE = 3.0
 
+#: There one point in so many is left out, and at least one.
+_LEFT_OUT = 10
+
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
@@ -26,8 +29,8 @@ class Accuracy:
     Points inside an internal resonance do not count. Where the linearised steps behind the errors
     hold at all other points, these are the errors of the worst point. Where they do not hold
     everywhere, there are internal resonances among the harmonics that the series lacks; then these
-    are the errors of the median, or of the worst point whose step holds where that misses the
-    tolerance by a factor above 3.
+    are the errors of the median, or of the worst point whose step holds, one in ten left out and
+    at least one, where that misses the tolerance by a factor above 3.
 
     Attributes:
         harmonics: Error from N.
@@ -81,10 +84,13 @@ def accuracy(
     totals = sizes[:, chosen].sum(axis=1)
     holds = np.array([not point.error_remainder > HOLDS for point in counted])
     median = int(np.argsort(totals)[len(totals) // 2])
-    allowance = 1.0 if holds.all() else _ALLOWANCE
-    worst = int(np.argmax(np.where(holds, totals, -1.0)))
-    if not holds.any() or (not holds.all() and totals[worst] <= allowance * totals[median]):
+    smooth = bool(holds.all())
+    ordered = [int(index) for index in np.argsort(totals) if holds[index]]
+    kept = ordered if smooth else ordered[: -max(1, len(counted) // _LEFT_OUT)]
+    allowance = 1.0 if smooth else _ALLOWANCE
+    if not kept or (not smooth and totals[kept[-1]] <= allowance * totals[median]):
         return Accuracy(*_floats(sizes[median]), at=float("nan"))
+    worst = kept[-1]
     return Accuracy(*_floats(sizes[worst]), at=counted[worst].gamma_ratio, allowance=allowance)
 
 

@@ -77,6 +77,14 @@ class Choice:
         """Why numbers were not raised any more, by the source of the error."""
         return dict(self.finer.limits) if self.finer else {}
 
+    def achieved(self, points: Sequence[BranchPoint]) -> Accuracy | None:
+        """Expected errors of a branch; those of the probes where its points do not tell them.
+
+        None where contact points carry mass and the numbers were taken over from another run.
+        """
+        told = any(not np.isnan(point.harmonics_error) for point in points)
+        return accuracy(points) if told else self.expected
+
 
 def choice(
     study: Study,
@@ -128,8 +136,10 @@ def improved(
     if not chosen.automatic or not points or chosen.round + 1 >= _ROUNDS:
         return None
     finer = chosen.finer or Finer(chosen.asked)
+    if chosen.study.carries_mass:
+        return None  # points with mass do not tell their errors
     worst = accuracy(points, finer.free)
-    if worst.only(finer.free).total <= chosen.study.tolerance:
+    if worst.only(finer.free).meets(chosen.study.tolerance):
         return None
     models = _Models(chosen.asked, comm, stages)
     raised = finer.raised(chosen.study.resolution, worst)
@@ -156,8 +166,9 @@ def _search(
             finer.has_all_modes(at.modes)
         tried.append(_tried(models, finer, models.study.with_resolution(at), analysis, energies))
         at = finer.raised(at, _expected(tried[-1]))
-    met = _expected(tried[-1]).only(finer.free).total <= models.study.tolerance
-    return tried[-1] if met else min(tried, key=lambda choice: _expected(choice).total)
+    if _expected(tried[-1]).only(finer.free).meets(models.study.tolerance):
+        return tried[-1]
+    return min(tried, key=lambda one: _expected(one).total / _expected(one).allowance)
 
 
 def _tried(

@@ -35,7 +35,8 @@ def least(study: Study) -> Resolution:
     given = {"harmonics": study.mode.harmonics, "samples": study.mode.samples}
     given["modes"] = study.reduction.modes
     kept = {name: value for name, value in given.items() if value != "auto"}
-    begin = replace(_LEAST, modes=max(_LEAST.modes, study.mode.number), **kept)
+    fewest = {"modes": max(_LEAST.modes, study.mode.number)}
+    begin = replace(_LEAST, **{**fewest, **kept})
     if "harmonics" in study.automatic:
         begin = replace(begin, harmonics=min(begin.harmonics, (begin.samples - 1) // 2))
     return _with_samples(study, begin)
@@ -66,9 +67,9 @@ class Finer:
             at: Numbers tried.
             found: Errors with them.
         """
-        while self.free and found.only(self.free).total > self.study.tolerance:
+        while self.free and not found.only(self.free).meets(self.study.tolerance):
             source = max(self.free, key=found.of)
-            excess = 2 * found.of(source) / self.study.tolerance
+            excess = 2 * found.of(source) / (found.allowance * self.study.tolerance)
             number = self._next(source, at, excess)
             limit = self._limit(source, at, found.harmonics)
             if not limit:

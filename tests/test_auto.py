@@ -8,7 +8,7 @@ import logging
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from fenics_nnm.auto import choice
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.finer import Finer, least
-from fenics_nnm.nonlinear.accuracy import Accuracy
+from fenics_nnm.nonlinear.accuracy import Accuracy, accuracy
 from fenics_nnm.output import branch_file
 from fenics_nnm.resolution import Resolution
 from fenics_nnm.run import run_study
@@ -251,3 +251,72 @@ def test_check_shows_the_study(study_file: StudyFile, command: Command) -> None:
     ended = command("check", study_file(**ALL_AUTO))
     assert ended.code == 0
     assert 'harmonics, samples, modes = "auto": a run finds what a tolerance of 0.001' in ended.out
+
+
+def point(**values: Any) -> Any:
+    errors = dict.fromkeys(("harmonics_error", "samples_error", "reduction_error"), 0.0)
+    others = {"gamma_ratio": 1.0, "error_remainder": 0.1, "resonance": ""}
+    return SimpleNamespace(**{**errors, **others, **values})
+
+
+def test_accuracy_of_smooth_branches_is_that_of_the_worst_point() -> None:
+    points = [point(harmonics_error=-error) for error in (1e-4, 9e-4, 2e-4)]
+    points.append(point(harmonics_error=1.0, resonance="mode 2 in harmonic 3"))
+    found = accuracy(points)
+    assert (found.total, found.allowance) == (9e-4, 1.0)
+    assert found.meets(1e-3) and not found.meets(8e-4)
+    points[0] = point(samples_error=5e-4, reduction_error=-5e-4, harmonics_error=float("nan"))
+    found = accuracy(points)
+    assert (found.harmonics, found.samples, found.modes) == (0.0, 5e-4, 5e-4)
+    assert accuracy(points, ("harmonics",)).harmonics == 9e-4
+    assert accuracy(points, samples_factor=2.0).total == pytest.approx(1.5e-3)
+
+
+def test_accuracy_among_resonances_is_that_of_the_median() -> None:
+    wild = [point(harmonics_error=0.3, error_remainder=40.0)]
+    points = [point(harmonics_error=error) for error in (1e-4, 5e-4, 6e-4, 14e-4)]
+    found = accuracy(points + wild)
+    assert found.total == 6e-4 and np.isnan(found.at)
+    assert accuracy([*points, point(harmonics_error=4e-3), *wild]).total == 14e-4
+    found = accuracy([*2 * points[:3], *2 * [point(harmonics_error=4e-3)], *wild])
+    assert (found.total, found.at, found.allowance) == (4e-3, 1.0, 3.0)
+    assert not found.meets(1e-3) and found.meets(1.4e-3)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"reduction": {"method": "craig-bampton"}, "mode": {"tolerance": 1e-2}},
+        {"mode": {"series": "general"}},
+        {
+            "continuation": {
+                "parameter": "frequency",
+                "energies": None,
+                "frequencies": {"from": 1.005, "to": 1.02, "step": 0.005},
+            }
+        },
+        {"reduction": {"method": "none", "modes": 3}},
+        {
+            "reduction": {"method": "none", "modes": 2},
+            "contact": {"law": "augmented-lagrangian"},
+            "mode": {"tolerance": 1e-2},
+        },
+        {
+            "continuation": {
+                "internal_resonance": "follow",
+                "energies": {"from": 0.9, "to": 1.2, "step": 0.1},
+            }
+        },
+        {"continuation": {"energies": {"from": 0.5, "to": 0.9, "step": 0.2}}},
+    ],
+)
+def test_all_kinds_of_studies(changes: dict[str, Any], tmp_path: Path) -> None:
+    values = changed(SMALL, changes)
+    result = run_study(study_of(values), toml(values), tmp_path / "out", comm=MPI.COMM_SELF)
+    assert result.branch.complete
+    auto = result.summary["auto"]
+    assert auto["met"] is True
+    linear = values["continuation"].get("energies", {}).get("to") == 0.9
+    assert linear == (auto["harmonics_error"] == 0)
+    assert result.summary["harmonics"] >= 5
+    assert result.told.startswith(f"harmonics = {result.summary['harmonics']}, samples = ")

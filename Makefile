@@ -37,6 +37,7 @@ test:
 verify:
 	$(RUN) python3 demos/bilinear/bilinear.py
 	$(RUN) python3 demos/rod/discretisations.py
+	$(RUN) python3 demos/rod/automatic.py
 	$(RUN) python3 demos/plate/plate.py
 	$(RUN) python3 demos/rotor37/mesh_study.py
 	$(RUN) python3 demos/rotor37/reduction_study.py

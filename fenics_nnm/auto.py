@@ -15,6 +15,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis
+from fenics_nnm.errors import TooManyModesError
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.finer import MOST, Finer, least
@@ -36,6 +37,9 @@ _ROUNDS = 3
 
 #: Fewest modes computed at once, as a few more cost little.
 _MODES_AT_ONCE = 40
+
+#: Where modes leave nothing to the contact points, this part of them is tried.
+_FEWER = 0.75
 
 #: The error of the samples at a probe may be larger by this factor beside it.
 _BETWEEN = 2.0
@@ -72,6 +76,14 @@ class Choice:
     def limits(self) -> dict[str, str]:
         """Why numbers were not raised any more, by the source of the error."""
         return dict(self.finer.limits) if self.finer else {}
+
+    def achieved(self, points: Sequence[BranchPoint]) -> Accuracy | None:
+        """Expected errors of a branch; those of the probes where its points do not tell them.
+
+        None where contact points carry mass and the numbers were taken over from another run.
+        """
+        told = any(not np.isnan(point.harmonics_error) for point in points)
+        return accuracy(points) if told else self.expected
 
 
 def choice(
@@ -124,8 +136,10 @@ def improved(
     if not chosen.automatic or not points or chosen.round + 1 >= _ROUNDS:
         return None
     finer = chosen.finer or Finer(chosen.asked)
+    if chosen.study.carries_mass:
+        return None  # points with mass do not tell their errors
     worst = accuracy(points, finer.free)
-    if worst.only(finer.free).total <= chosen.study.tolerance:
+    if worst.only(finer.free).meets(chosen.study.tolerance):
         return None
     models = _Models(chosen.asked, comm, stages)
     raised = finer.raised(chosen.study.resolution, worst)
@@ -134,6 +148,8 @@ def improved(
     logger.info("expected error %.1e: once more with %s", worst.total, raised)
     energies = chosen.energies if np.isnan(worst.at) else (*chosen.energies, worst.at)
     found = _search(models, finer, raised, energies)
+    if found.study.resolution == chosen.study.resolution:
+        return None
     return replace(found, round=chosen.round + 1)
 
 
@@ -150,8 +166,9 @@ def _search(
             finer.has_all_modes(at.modes)
         tried.append(_tried(models, finer, models.study.with_resolution(at), analysis, energies))
         at = finer.raised(at, _expected(tried[-1]))
-    met = _expected(tried[-1]).only(finer.free).total <= models.study.tolerance
-    return tried[-1] if met else min(tried, key=lambda choice: _expected(choice).total)
+    if _expected(tried[-1]).only(finer.free).meets(models.study.tolerance):
+        return tried[-1]
+    return min(tried, key=lambda one: _expected(one).total / _expected(one).allowance)
 
 
 def _tried(
@@ -196,7 +213,7 @@ class _Models:
             self._kept = self._kept or linear_analysis(self.study, self.comm, self.stages)
             return at, self._kept
         if self.study.reduction.method == "craig-bampton":
-            analysis = linear_analysis(self.study, self.comm, self.stages, at_most=at.modes)
+            analysis = self._analysis(at.modes)
             return replace(at, modes=len(analysis.modes.omega)), analysis
         largest = self._with(at.modes)
         while (count := self._needed(at, largest)) > len(largest.modes.omega) and not self._all:
@@ -214,9 +231,19 @@ class _Models:
         """An analysis of so many modes or more, or of all there are."""
         if self._kept is None or (len(self._kept.modes.omega) < count and not self._all):
             asked = max(_MODES_AT_ONCE, 2 * count if self._kept else count)
-            self._kept = linear_analysis(self.study, self.comm, self.stages, at_most=asked)
+            self._kept = self._analysis(asked)
             self._all = len(self._kept.modes.omega) < asked
         return self._kept
+
+    def _analysis(self, count: int) -> Analysis:
+        """An analysis of so many modes, or of as many as leave something to the contact points."""
+        while True:
+            try:
+                return linear_analysis(self.study, self.comm, self.stages, at_most=count)
+            except TooManyModesError:
+                if count <= self.study.mode.number:
+                    raise
+                count = max(self.study.mode.number, int(_FEWER * count))
 
 
 def _first(analysis: Analysis, count: int) -> Analysis:

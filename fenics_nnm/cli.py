@@ -1,4 +1,4 @@
-"""Command line: fenics-nnm run, check."""
+"""Command line: fenics-nnm run, check, convergence."""
 
 from __future__ import annotations
 
@@ -113,7 +113,12 @@ def _parser() -> argparse.ArgumentParser:
     run.set_defaults(action=_run)
     check = commands.add_parser("check", help="show what a study means, up to its linear modes")
     check.set_defaults(action=_check)
-    for command in (run, check):
+    convergence = commands.add_parser(
+        "convergence", help="vary harmonics, samples and modes, and tell the rates"
+    )
+    convergence.add_argument("--output", type=Path, metavar="DIR", help="folder of the results")
+    convergence.set_defaults(action=_convergence)
+    for command in (run, check, convergence):
         command.add_argument("study", type=Path, metavar="STUDY.toml", help="study file")
         command.add_argument("-v", "--verbose", action="store_true", help="tell more on the way")
     return parser
@@ -161,6 +166,25 @@ def _check(study: Study, arguments: argparse.Namespace) -> int:
         )
     console.print(text, highlight=False, markup=False, soft_wrap=True)
     return DONE
+
+
+def _convergence(study: Study, arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.auto import choice
+    from fenics_nnm.convergence import convergence
+    from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.output.convergence_report import convergence_lines, write_convergence
+
+    console, comm = _console(MPI.COMM_WORLD), MPI.COMM_WORLD
+    folder = arguments.output or Path("results") / f"{arguments.study.stem}-convergence"
+    with terminable(), _stages(console, arguments) as stages:
+        found = convergence(choice(study, comm, stages), comm, stages)
+        on_root(comm, lambda: write_convergence(folder, found, title=study.title))
+    for line in convergence_lines(found):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+    console.print(f"results in {folder}", highlight=False, markup=False, soft_wrap=True)
+    return DONE if found.complete else INCOMPLETE
 
 
 def _stages(console: Console, arguments: argparse.Namespace) -> AbstractContextManager[Stages]:

@@ -27,3 +27,7 @@ class OutputError(OSError, NonlinearModeError):
 
 class ConvergenceError(RuntimeError, NonlinearModeError):
     """A computation ended before it gave what was asked for; exit code 1."""
+
+
+class TooManyModesError(ModelError):
+    """A reduction whose modes leave nothing to its contact points."""

@@ -17,8 +17,8 @@ MOST = Resolution(harmonics=80, samples=16384, modes=160)
 #: Coefficients of a motion, (N + 1) J or twice that, at most: a Newton step takes a second then.
 _MOST_UNKNOWNS = 2400
 
-#: A number that is too small by more than this factor is doubled.
-_FAR = 4.0
+#: A number grows by the second factor where it is too small by more than the first one.
+_GROWTH = ((4.0, 2.0), (2.5, 1.4), (0.0, 1.2))
 
 #: Fewest samples a harmonic.
 _SAMPLES_A_HARMONIC = 8
@@ -35,7 +35,8 @@ def least(study: Study) -> Resolution:
     given = {"harmonics": study.mode.harmonics, "samples": study.mode.samples}
     given["modes"] = study.reduction.modes
     kept = {name: value for name, value in given.items() if value != "auto"}
-    begin = replace(_LEAST, modes=max(_LEAST.modes, study.mode.number), **kept)
+    fewest = {"modes": max(_LEAST.modes, study.mode.number)}
+    begin = replace(_LEAST, **{**fewest, **kept})
     if "harmonics" in study.automatic:
         begin = replace(begin, harmonics=min(begin.harmonics, (begin.samples - 1) // 2))
     return _with_samples(study, begin)
@@ -66,9 +67,9 @@ class Finer:
             at: Numbers tried.
             found: Errors with them.
         """
-        while self.free and found.only(self.free).total > self.study.tolerance:
+        while self.free and not found.only(self.free).meets(self.study.tolerance):
             source = max(self.free, key=found.of)
-            excess = 2 * found.of(source) / self.study.tolerance
+            excess = 2 * found.of(source) / (found.allowance * self.study.tolerance)
             number = self._next(source, at, excess)
             limit = self._limit(source, at, found.harmonics)
             if not limit:
@@ -89,7 +90,8 @@ class Finer:
         if source == "samples":
             return at.samples * 2 ** int(np.clip(np.ceil(np.log2(factor)), 1, 3))
         now = at.harmonics if source == "harmonics" else at.modes
-        return int(np.ceil(now * (1.4 if factor < _FAR else 2)))
+        growth = next(growth for least, growth in _GROWTH if factor >= least)
+        return int(np.ceil(now * growth))
 
     def _limit(self, source: str, at: Resolution, harmonics_error: float) -> str:
         """Why a number is not raised, or nothing."""
@@ -101,9 +103,9 @@ class Finer:
                 most = min(most, (at.samples - 1) // 2)
             if self._stagnates(at.harmonics, harmonics_error):
                 return "more of them do not lower the error: internal resonances"
-        if 1.4 * now > most:
+        if 1.2 * now > most:
             return f"the largest number tried is {most}"
-        if source != "samples" and 1.4 * unknowns > _MOST_UNKNOWNS:
+        if source != "samples" and 1.2 * unknowns > _MOST_UNKNOWNS:
             return f"a motion has {unknowns} coefficients, and at most {_MOST_UNKNOWNS} are tried"
         return ""
 

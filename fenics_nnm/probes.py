@@ -25,12 +25,13 @@ _ENERGIES = 9
 _NEAREST = 1.001
 
 
-def probes(study: Study, model: ReducedModel) -> tuple[float, ...]:
+def probes(study: Study, model: ReducedModel, *, count: int = _ENERGIES) -> tuple[float, ...]:
     """Gamma ratios of the probes, ascending; none for a branch that ends below grazing.
 
     Args:
         study: Study with all numbers.
         model: Its reduced model, in SI units.
+        count: Number of probes.
     """
     wanted = wanted_motions(study)
     start, stop = wanted.start, wanted.stop
@@ -40,7 +41,7 @@ def probes(study: Study, model: ReducedModel) -> tuple[float, ...]:
     first = max(float(start), _NEAREST)
     if stop <= first:
         return ()
-    part = (np.arange(_ENERGIES) / (_ENERGIES - 1)) ** 3
+    part = (np.arange(count) / (count - 1)) ** 3
     return tuple(float(ratio) for ratio in first + (stop - first) * part)
 
 
@@ -67,13 +68,20 @@ def probed(
     )
 
 
+def solved(
+    study: Study, analysis: LinearAnalysis | MatrixAnalysis, ratios: Sequence[float]
+) -> tuple[BranchPoint, ...]:
+    """Points of a study at some gamma ratios, where there are any."""
+    return _points(study, analysis, harmonic_balance(study), ratios)
+
+
 def _points(
     study: Study,
     analysis: LinearAnalysis | MatrixAnalysis,
     balance: HarmonicBalance,
     ratios: Sequence[float],
 ) -> tuple[BranchPoint, ...]:
-    ends = ratios[0], ratios[-1]
+    ends = ratios[0], max(ratios[-1], 1.01 * ratios[0])
     energies = EnergyContinuation(
         *ends, step=ends[1] - ends[0], smallest_step=np.inf, report_at=tuple(ratios)
     )

@@ -29,6 +29,7 @@ from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import conducted, on_root
 from fenics_nnm.interrupts import uninterrupted
+from fenics_nnm.nonlinear.bifurcations import Bifurcation
 from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -239,6 +240,7 @@ class _Recorder:
             title=self.study.title,
             linear_frequency=float(analysis.modes.frequencies[self.study.mode.number - 1]),
             failures=[ratio for ratio, _ in branch.failures],
+            bifurcations=branch.bifurcations.located,
         )
         write_summary(folder / "summary.json", summary)
 
@@ -264,6 +266,8 @@ class _Recorder:
                 if p.event
             ],
             "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
+            "bifurcations": [_in_summary(each) for each in branch.bifurcations.located],
+            "bifurcations_not_located": [list(g) for g in branch.bifurcations.unlocated],
             "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,
             "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],
@@ -289,6 +293,20 @@ def _largest_return_error(branch: Branch) -> float | None:
     """Largest distance from its start of a motion integrated over its period; None if unknown."""
     errors = [point.return_error for point in branch.points]
     return max(errors) if errors and np.all(np.isfinite(errors)) else None
+
+
+def _in_summary(bifurcation: Bifurcation) -> dict[str, Any]:
+    return {
+        "kind": bifurcation.kind,
+        "gamma_ratio": bifurcation.gamma_ratio,
+        "energy_J": bifurcation.energy,
+        "frequency_Hz": bifurcation.frequency,
+        "multiplier": [bifurcation.multiplier.real, bifurcation.multiplier.imag],
+        "bracket_J": list(bifurcation.bracket),
+        "breaks_time_reversal": bifurcation.breaks_time_reversal,
+        "stable_before": bifurcation.stable_before,
+        "stable_after": bifurcation.stable_after,
+    }
 
 
 def _not_verified(branch: Branch) -> list[dict[str, Any]]:

@@ -219,7 +219,7 @@ def test_subharmonic_branch_meets_the_main_one() -> None:
 
 
 def test_folds_have_no_other_branch() -> None:
-    model = ReducedModel([1.0, 3.4], [[1.0, 1.0]], [[0.1]], [1.0])
+    model = ReducedModel([1.0, 3.3], [[1.0, 1.0]], [[0.1]], [1.0])
     of = equations(model, CosineSeries(6, 72))
     branch = trace(of, linear_motion(of, 0), Heading.GAMMA_UP)
     fold = next(point.event for point in branch if point.event is not None)

@@ -27,7 +27,7 @@ def run_demo(monkeypatch: pytest.MonkeyPatch, name: str) -> Path:
 def table(folder: Path) -> dict[str, np.ndarray]:
     with (folder / "backbone.csv").open() as file:
         rows = list(csv.DictReader(file))
-    texts = ("status", "resonance", "skipped", "event", "reason")
+    texts = ("status", "resonance", "skipped", "event", "stability", "reason")
     return {key: np.array([float(row[key]) for row in rows]) for key in rows[0] if key not in texts}
 
 

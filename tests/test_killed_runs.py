@@ -48,7 +48,7 @@ def watch(event, arguments):
 def point(ratio, value):
     scalars = {name: value for name in journal.SCALARS}
     scalars.update(position=ratio, gamma_ratio=ratio, iterations=1, reason="")
-    scalars.update(status="converged", resonance="", skipped="", event="")
+    scalars.update(status="converged", resonance="", skipped="", event="", stability="")
     return BranchPoint(**scalars, **{name: np.full((3, 2), value) for name in journal.ARRAYS})
 
 def whole_run(folder):

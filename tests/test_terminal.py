@@ -56,6 +56,7 @@ POINT = BranchPoint(
     shot_distance=float("nan"),
     shot_return_error=float("nan"),
     largest_multiplier=float("nan"),
+    stability="",
     harmonics_error=0.0,
     samples_error=0.0,
     error_remainder=0.0,

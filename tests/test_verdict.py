@@ -33,7 +33,7 @@ def branch(*, shooting: bool = True) -> tuple[BranchPoint, ...]:
 def verdict(
     point: BranchPoint, *, shooting: bool = True, model: ReducedModel = MODEL
 ) -> BranchPoint:
-    (found,) = judged(model, BALANCE.series, [point], mode=0, shooting=shooting)
+    (found,) = judged(model, BALANCE.series, [point], mode=0, shooting=shooting).points
     return found
 
 

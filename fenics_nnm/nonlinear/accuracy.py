@@ -7,16 +7,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.series_error import HOLDS
 
 #: Sources of error, in the order of the columns of `_sizes`.
 SOURCES = ("harmonics", "samples", "modes")
 
-#: Among internal resonances this part of the points may miss the tolerance: each truncation has
-#: others, which none makes vanish.
-_MAY_MISS = 0.1
+#: Among internal resonances single points may miss the tolerance by this factor: each truncation
+#: has others, which none makes vanish.
+_ALLOWANCE = 3.0
+
+#: There one point in so many is left out, and at least one.
+_LEFT_OUT = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,25 +28,32 @@ class Accuracy:
 
     Points inside an internal resonance do not count. Where the linearised steps behind the errors
     hold at all other points, these are the errors of the worst point. Where they do not hold
-    everywhere, there are internal resonances among the harmonics that the series lacks; then a
-    point in ten is left out, and points whose step does not hold count in the median alone.
+    everywhere, there are internal resonances among the harmonics that the series lacks; then these
+    are the errors of the median, or of the worst point whose step holds, one in ten left out and
+    at least one, where that misses the tolerance by a factor above 3.
 
     Attributes:
         harmonics: Error from N.
         samples: Error from m.
         modes: Error from J.
         at: Gamma ratio of the point that these are of; nan for the median.
+        allowance: Factor by which they may exceed the tolerance.
     """
 
     harmonics: float
     samples: float
     modes: float
     at: float
+    allowance: float = 1.0
 
     @property
     def total(self) -> float:
         """Sum of the errors; 0 of nothing."""
         return self.harmonics + self.samples + self.modes
+
+    def meets(self, tolerance: float) -> bool:
+        """Whether the errors add up to no more than allowed."""
+        return self.total <= self.allowance * tolerance
 
     def of(self, source: str) -> float:
         """Error from one of `SOURCES`."""
@@ -74,17 +84,14 @@ def accuracy(
     totals = sizes[:, chosen].sum(axis=1)
     holds = np.array([not point.error_remainder > HOLDS for point in counted])
     median = int(np.argsort(totals)[len(totals) // 2])
-    among = np.flatnonzero(holds)
-    worst = _worst(totals, among, int(_MAY_MISS * len(counted)) if not holds.all() else 0)
-    if worst is None or totals[worst] < totals[median]:
+    smooth = bool(holds.all())
+    ordered = [int(index) for index in np.argsort(totals) if holds[index]]
+    kept = ordered if smooth else ordered[: -max(1, len(counted) // _LEFT_OUT)]
+    allowance = 1.0 if smooth else _ALLOWANCE
+    if not kept or (not smooth and totals[kept[-1]] <= allowance * totals[median]):
         return Accuracy(*_floats(sizes[median]), at=float("nan"))
-    return Accuracy(*_floats(sizes[worst]), at=counted[worst].gamma_ratio)
-
-
-def _worst(totals: Array, among: Indices, left_out: int) -> int | None:
-    ordered = among[np.argsort(totals[among])]
-    kept = ordered[: max(len(ordered) - left_out, 0)]
-    return int(kept[-1]) if len(kept) else None
+    worst = kept[-1]
+    return Accuracy(*_floats(sizes[worst]), at=counted[worst].gamma_ratio, allowance=allowance)
 
 
 def _sizes(point: BranchPoint) -> tuple[float, float, float]:

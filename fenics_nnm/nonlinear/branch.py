@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from fenics_nnm.nonlinear.bifurcations import Bifurcations
 from fenics_nnm.nonlinear.point import BranchPoint
 
 
@@ -32,11 +33,13 @@ class Branch:
         points: Converged points in the order of the branch.
         failures: Wanted gamma ratios, or frequency ratios, without a point, each with the reason.
         reason: Why the branch ended.
+        bifurcations: Bifurcations of the exact motions near the points.
     """
 
     points: tuple[BranchPoint, ...]
     failures: tuple[tuple[float, str], ...]
     reason: str
+    bifurcations: Bifurcations = field(default_factory=Bifurcations)
 
     @property
     def complete(self) -> bool:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from fenics_nnm.nonlinear.bifurcations import Witness
 from fenics_nnm.nonlinear.family import Steps
 from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.shooting import Shooting, ShotMotion, shoot
-from fenics_nnm.nonlinear.stability import stability
+from fenics_nnm.nonlinear.stability import STABLE, stability
 
 #: No walk along a family: a point that is not near a true motion of its energy stays without one.
 _DIRECT = Shooting(steps=Steps(walk=0))
@@ -19,8 +20,8 @@ _NEAR = 0.05
 _SHORT_WALK = Shooting(steps=Steps(walk=20))
 
 
-def certified(flow: Flow, series: Series, point: BranchPoint) -> BranchPoint:
-    """A point with the shot motion of its energy and the largest Floquet multiplier of that.
+def certified(flow: Flow, series: Series, point: BranchPoint) -> tuple[BranchPoint, Witness | None]:
+    """A point with the shot motion of its energy and the stability of that; and this motion.
 
     Args:
         flow: Flow of the model that the point belongs to, in SI units.
@@ -29,15 +30,18 @@ def certified(flow: Flow, series: Series, point: BranchPoint) -> BranchPoint:
     """
     shot = shot_motion(flow, series, point)
     if not shot.converged:
-        return replace(point, reason=f"no exact motion of its energy nearby: {shot.failure}")
+        why = f"no exact motion of its energy nearby: {shot.failure}"
+        return replace(point, reason=why), None
     found = stability(flow, shot)
-    return replace(
+    certain = replace(
         point,
         shot_frequency=shot.frequency,
         shot_distance=shot.distance,
         shot_return_error=shot.return_error,
         largest_multiplier=found.largest,
+        stability="" if found.failure else found.kind or STABLE,
     )
+    return certain, None if found.failure else Witness(point.gamma_ratio, shot, found)
 
 
 def shot_motion(flow: Flow, series: Series, point: BranchPoint) -> ShotMotion:
@@ -57,4 +61,5 @@ def of_linear_mode(point: BranchPoint) -> BranchPoint:
         shot_distance=0.0,
         shot_return_error=0.0,
         largest_multiplier=1.0,
+        stability=STABLE,
     )

@@ -10,7 +10,7 @@ from fenics_nnm.nonlinear.arc_march import ArcMarch
 from fenics_nnm.nonlinear.branch import Branch
 from fenics_nnm.nonlinear.frequency_sweep import FrequencySweep
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
-from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model, levels
+from fenics_nnm.nonlinear.levels import HarmonicBalance, Level, contact_model, levels
 from fenics_nnm.nonlinear.lift import Lift
 from fenics_nnm.nonlinear.march import March
 from fenics_nnm.nonlinear.mode import HarmonicEquations
@@ -22,7 +22,7 @@ from fenics_nnm.nonlinear.reduction_error import (
     ReductionError,
     reduction_error,
 )
-from fenics_nnm.nonlinear.series_error import series_error
+from fenics_nnm.nonlinear.series_error import UNKNOWN_SERIES_ERROR, SeriesError, series_error
 from fenics_nnm.nonlinear.targets import (
     ArcContinuation,
     Continuation,
@@ -88,15 +88,13 @@ def follow(
     finest = lift.levels[-1].equations
     error = _error_estimate(finest, scales, truncation, full_order=flexibility is not None)
     harmonic = continuation.harmonic if isinstance(continuation, ArcContinuation) else 1
-    maker = PointMaker(
-        finest, scales, error, lambda solution: series_error(finest, solution), harmonic
-    )
+    maker = PointMaker(finest, scales, error, _series_estimate(lift.levels[-1]), harmonic)
     found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
     if failures:
         reason = f"{reason}; {advice(continuation, balance.series)}"
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
-    points = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
-    return Branch(points, failures, reason)
+    told = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
+    return Branch(told.points, failures, reason, told.bifurcations)
 
 
 def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySource:
@@ -113,6 +111,13 @@ def _error_estimate(
         return lambda solution: UNKNOWN_ERROR
     known = truncation.dimensionless(scales)
     return lambda solution: reduction_error(known, equations, solution)
+
+
+def _series_estimate(finest: Level) -> Callable[[Solution], SeriesError]:
+    """From a solution to the error of its series, unknown where contact points carry mass."""
+    if finest.multipliers is not None:
+        return lambda solution: UNKNOWN_SERIES_ERROR
+    return lambda solution: series_error(finest.equations, solution)
 
 
 def _followed(

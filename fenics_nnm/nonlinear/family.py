@@ -152,14 +152,15 @@ def _not_reached(nearest: Found, iterations: int, why: str) -> Found:
     )
 
 
+def family_tangent(miss: Miss, along: Array) -> Array:
+    """Unit tangent of the family at a periodic motion, in the sense of a direction `along`."""
+    tangent = np.linalg.svd(miss.jacobian[:-1])[2][-1]
+    return np.asarray(-tangent if tangent @ along < 0 else tangent)
+
+
 def _tangent(miss: Miss, before: Array) -> Array:
     """Unit tangent of the family: on as before, or at first towards the wanted energy."""
-    tangent = np.linalg.svd(miss.jacobian[:-1])[2][-1]
-    if before.size:
-        backwards = tangent @ before < 0
-    else:
-        backwards = (miss.jacobian[-1] @ tangent) * miss.energy_error > 0
-    return -tangent if backwards else tangent
+    return family_tangent(miss, before if before.size else -miss.energy_error * miss.jacobian[-1])
 
 
 def _rows(miss: Miss, keep_energy: bool) -> tuple[Array, Array]:

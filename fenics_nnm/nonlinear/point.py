@@ -65,6 +65,8 @@ class BranchPoint:
         shot_distance: Distance of its state from that of the point, relative in the energy norm.
         shot_return_error: Its own return error.
         largest_multiplier: Largest modulus of its Floquet multipliers: 1 if it is stable.
+        stability: "stable", or the kind of instability of the largest one, see
+            `nonlinear.stability`; empty if not known.
         harmonics_error: Relative error of the frequency that is expected of N harmonics; nan where
             contact points carry mass.
         samples_error: The same of m samples.
@@ -106,6 +108,7 @@ class BranchPoint:
     shot_distance: float
     shot_return_error: float
     largest_multiplier: float
+    stability: str
     harmonics_error: float
     samples_error: float
     error_remainder: float
@@ -185,6 +188,7 @@ class PointMaker:
             shot_distance=nan,
             shot_return_error=nan,
             largest_multiplier=nan,
+            stability="",
             harmonics_error=series.harmonics,
             samples_error=series.samples,
             error_remainder=series.remainder,

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.linear_step import linear_step
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution, Unknowns
@@ -24,6 +23,9 @@ MORE_HARMONICS, MORE_SAMPLES = 2, 4
 
 #: The finer equations are not solved beyond this number of unknowns (half a GB).
 _MOST_UNKNOWNS = 8000
+
+#: A defect below this part of the motion is round-off.
+_ROUND_OFF = 1e-13
 
 #: A linearised step that leaves more than this part of the defect does not hold.
 HOLDS = 0.5
@@ -46,7 +48,7 @@ class SeriesError:
 
 
 #: Forces of contact points with mass are not determined above harmonic N: nothing is known.
-UNKNOWN_ERROR = SeriesError(float("nan"), float("nan"), float("nan"))
+UNKNOWN_SERIES_ERROR = SeriesError(float("nan"), float("nan"), float("nan"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,20 +64,18 @@ def series_error(equations: HarmonicEquations, solution: Solution) -> SeriesErro
     alone, also where added harmonics are near their frequencies.
 
     Args:
-        equations: Equations of the reduced model, dimensionless or not.
+        equations: Equations of the reduced model under complementarity, dimensionless or not.
         solution: A converged solution, of these or of the full-order equations.
     """
-    if not isinstance(equations.law, Complementarity):
-        return UNKNOWN_ERROR
     coarse = equations.series
     samples = MORE_SAMPLES * coarse.samples
     dense = _with_series(equations, coarse.harmonics, samples)
     rich = _with_series(equations, MORE_HARMONICS * coarse.harmonics, samples)
     if rich.shape[0] * rich.shape[1] > _MOST_UNKNOWNS:
-        return UNKNOWN_ERROR
+        return UNKNOWN_SERIES_ERROR
     by_samples, by_both = (_step(equations, solution, finer) for finer in (dense, rich))
     if by_samples is None or by_both is None:
-        return UNKNOWN_ERROR
+        return UNKNOWN_SERIES_ERROR
     return SeriesError(
         harmonics=-(by_both.frequency - by_samples.frequency) / solution.omega,
         samples=-by_samples.frequency / solution.omega,
@@ -96,7 +96,7 @@ def _step(coarse: HarmonicEquations, solution: Solution, finer: HarmonicEquation
     known = series.fitted(coarse.force_harmonics(solution.forces) @ Phi)
     defect = finer.force_harmonics(forces) @ Phi - known
     begins = float(np.linalg.norm(defect / finer.row_scale(omega)))
-    if begins == 0.0:
+    if begins <= _ROUND_OFF * np.linalg.norm(q):
         return _Step(0.0, 0.0)
     step = linear_step(finer, Unknowns(q, omega), forces, defect)
     if step is None:

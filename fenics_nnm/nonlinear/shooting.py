@@ -128,9 +128,16 @@ def mean_gamma(flow: Flow, shot: ShotMotion, *, samples: int = 4096) -> float:
     m^ = <q' . q'> / omega^2 is a mean over the period (Parseval), taken over uniform
     samples: they err by the cube of their distance, since the third derivative of q jumps.
     """
-    times = shot.period * np.arange(samples) / samples
-    speeds = flow.run(shot.q, shot.velocity, shot.period, times=times).velocity_at
-    omega = 2 * np.pi / shot.period
+    return mean_gamma_of(flow, shot.q, shot.velocity, shot.period, samples=samples)
+
+
+def mean_gamma_of(
+    flow: Flow, q: Array, velocity: Array, period: float, *, samples: int = 4096
+) -> float:
+    """`mean_gamma` of a motion given by its initial state and its period."""
+    times = period * np.arange(samples) / samples
+    speeds = flow.run(q, velocity, period, times=times).velocity_at
+    omega = 2 * np.pi / period
     return float(np.mean(np.sum(speeds**2, axis=1)) / (2 * omega**2))
 
 

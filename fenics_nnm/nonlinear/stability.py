@@ -34,6 +34,9 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 #: Multipliers within this distance of the unit circle are on it.
 _ON_CIRCLE = 1e-6
 
+#: Of a stable motion.
+STABLE = "stable"
+
 #: Kinds of instability, by the largest multiplier.
 REAL = "real multiplier above 1: fold or symmetry breaking"
 DOUBLING = "real multiplier below -1: period doubling"
@@ -51,7 +54,9 @@ class Stability:
         pair_error: Largest distance of mu times its best partner from 1.
         error: Estimated error of the multipliers: what is wrong with M, times their conditions,
             and no more than its square root, as for a double multiplier.
-        kind: Empty where stable, else the kind of instability.
+        directions: Directions that the multipliers belong to, as unit columns in the canonical
+            coordinates, without their parts along f and grad H, shape (2 J, 2 J - 2).
+        kinds: Kind of instability of each multiplier; empty for one on or inside the circle.
         failure: Empty, or why there are no multipliers.
     """
 
@@ -60,8 +65,14 @@ class Stability:
     symplectic_error: float
     pair_error: float
     error: float
-    kind: str
+    directions: Complex
+    kinds: tuple[str, ...]
     failure: str = ""
+
+    @property
+    def kind(self) -> str:
+        """Kind of instability of the largest multiplier; empty where stable."""
+        return self.kinds[0] if self.kinds else ""
 
     @property
     def stable(self) -> bool:
@@ -85,17 +96,33 @@ def stability(flow: Flow, shot: ShotMotion, *, on_circle: float = _ON_CIRCLE) ->
         on_circle: Multipliers within this distance of the unit circle, or within the estimated
             error if that is more, count as on it.
     """
-    whole = flow.run(shot.q, shot.velocity, shot.period, transition=True)
-    failure = shot.failure or whole.failure
-    if failure or whole.transition is None:
-        return _unknown(failure)
+    if shot.failure:
+        return _unknown(shot.failure)
+    return stability_of(flow, shot.q, shot.velocity, shot.period, on_circle=on_circle)
+
+
+def stability_of(
+    flow: Flow, q: Array, velocity: Array, period: float, *, on_circle: float = _ON_CIRCLE
+) -> Stability:
+    """Floquet multipliers of a periodic motion given by its initial state and its period.
+
+    Args:
+        flow: Flow of the model.
+        q: Modal coordinates at the start in kg^1/2 m, shape (J,).
+        velocity: Their velocities, shape (J,).
+        period: Period in s.
+        on_circle: As for `stability`.
+    """
+    whole = flow.run(q, velocity, period, transition=True)
+    if whole.failure or whole.transition is None:
+        return _unknown(whole.failure)
     omega = flow.model.omega
     scale = np.concatenate([np.sqrt(omega), 1 / np.sqrt(omega)])
     M = scale[:, None] * whole.transition / scale
-    rate = scale * np.concatenate([shot.velocity, flow.acceleration(shot.q)])
+    rate = scale * np.concatenate([velocity, flow.acceleration(q)])
     rate /= np.linalg.norm(rate)
     Q = _complement(rate, -_omega_times(rate))
-    multipliers, conditions = _eigenvalues(Q.T @ M @ Q)
+    multipliers, conditions, vectors = _eigenvalues(Q.T @ M @ Q)
     trivial = float(np.linalg.norm(M @ rate - rate))
     symplectic = _symplectic_error(M)
     wrong = max(symplectic, np.finfo(float).eps) * float(np.linalg.norm(M, 2)) + trivial
@@ -106,13 +133,14 @@ def stability(flow: Flow, shot: ShotMotion, *, on_circle: float = _ON_CIRCLE) ->
         symplectic_error=symplectic,
         pair_error=_pair_error(multipliers),
         error=error,
-        kind=_kind(multipliers, max(on_circle, error)),
+        directions=Q @ vectors,
+        kinds=tuple(_kind(multiplier, max(on_circle, error)) for multiplier in multipliers),
     )
 
 
 def _unknown(failure: str) -> Stability:
-    nan = float("nan")
-    return Stability(np.empty(0, dtype=complex), nan, nan, nan, nan, "", failure)
+    nan, none = float("nan"), np.empty(0, dtype=complex)
+    return Stability(none, nan, nan, nan, nan, none.reshape(0, 0), (), failure)
 
 
 def _omega_times(vectors: Array) -> Array:
@@ -127,14 +155,14 @@ def _complement(first: Array, second: Array) -> Array:
     return basis[:, 2:]
 
 
-def _eigenvalues(matrix: Array) -> tuple[Complex, Array]:
-    """Eigenvalues by falling modulus, and their condition numbers 1 / |left . right|."""
+def _eigenvalues(matrix: Array) -> tuple[Complex, Array, Complex]:
+    """Eigenvalues by falling modulus, condition numbers 1 / |left . right|, and eigenvectors."""
     if not matrix.size:
-        return np.empty(0, dtype=complex), np.empty(0)
+        return np.empty(0, dtype=complex), np.empty(0), np.empty((0, 0), dtype=complex)
     values, left, right = eig(matrix, left=True, right=True)
     cosine = np.abs(np.sum(left.conj() * right, axis=0))
     order = np.argsort(-np.abs(values), kind="stable")
-    return values[order], 1 / np.maximum(cosine[order], np.finfo(float).tiny)
+    return values[order], 1 / np.maximum(cosine[order], np.finfo(float).tiny), right[:, order]
 
 
 def _symplectic_error(M: Array) -> float:
@@ -151,11 +179,10 @@ def _pair_error(multipliers: Complex) -> float:
     return float(products.min(axis=1).max())
 
 
-def _kind(multipliers: Complex, tolerance: float) -> str:
-    """Kind of instability by the multiplier of largest modulus, or nothing."""
-    if not multipliers.size or abs(multipliers[0]) <= 1 + tolerance:
+def _kind(multiplier: complex, tolerance: float) -> str:
+    """Kind of instability that a multiplier makes, or nothing."""
+    if abs(multiplier) <= 1 + tolerance:
         return ""
-    largest = multipliers[0]
-    if abs(largest.imag) > tolerance * abs(largest):
+    if abs(multiplier.imag) > tolerance * abs(multiplier):
         return COMPLEX
-    return REAL if largest.real > 0 else DOUBLING
+    return REAL if multiplier.real > 0 else DOUBLING

@@ -1,13 +1,13 @@
 """Tracing a branch by pseudo-arclength: predictor, corrector, step control, targets and bounds.
 
 Where the equations are only piecewise smooth (contact opens or closes at a sample) the branch has
-kinks. The tangent before a kink may lead nowhere; then the tangent of the other piece is taken, in
-the sense that keeps the sign of the determinant of the bordered Jacobian, which leads out of it
-(E. L. Allgower, K. Georg, Introduction to Numerical Continuation Methods, SIAM, 2003).
+kinks, see `nonlinear.kinks`. A step must pass tests before it is taken: it may not turn much, must
+pass the test of the caller, must lead back, and what it seems to have passed must be found on it.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -20,13 +20,13 @@ from fenics_nnm.nonlinear.arc_length import (
     Metric,
     Place,
     Problem,
-    evaluated,
     null_space,
     place,
     unknowns,
 )
 from fenics_nnm.nonlinear.events import Event, events_on, gamma_slope, omega_slope
 from fenics_nnm.nonlinear.full_order import Equations
+from fenics_nnm.nonlinear.kinks import ways_on
 from fenics_nnm.nonlinear.newton import (
     Constraint,
     FixedEnergy,
@@ -42,10 +42,13 @@ from fenics_nnm.nonlinear.trace_options import ArcLength, Heading, Predictor, Ra
 _SHORT = 4
 
 #: Why a step is refused that meets no other objection.
-_UNLOCATED = "a fold or branch point within a step is not found"
+_UNLOCATED = "a fold, branch point or target within a step is not found"
 
 #: A step back finds the point before where it misses it by less than this part of the step.
 _RETURNED = 1e-2
+
+#: Singular values of the scaled Jacobian below this leave a direction loose.
+_LOOSE = 1e-6
 
 #: A kink is passed by steps of these multiples of the smallest one.
 _PAST_KINK = (4.0, 16.0, 64.0, 256.0)
@@ -91,12 +94,22 @@ class TracePoint:
         return self.place.solution
 
 
+_Hit = tuple[float, Place, str]
+"""Fraction of a step, point, and whether a range is left there: why the branch ends, or nothing."""
+
+_Span = tuple[
+    str, Range, Callable[[Solution], float], Callable[[float], FixedEnergy | FixedFrequency]
+]
+"""Name, range and value of what is bounded, and the constraint that fixes it."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """A step, and the events on it with their fractions of it."""
+    """A step, the events on it with their fractions of it, and the targets hit."""
 
     segment: Segment
     events: list[tuple[float, Event]]
+    hits: list[_Hit]
 
 
 @dataclass(slots=True)
@@ -174,21 +187,22 @@ class Trace:
         )
         reached = self._past_kink(here)
         step = self._step(here, reached, past_kink=True) if reached is not None else None
-        return step, 2 * smallest, failure
+        return step, 2 * smallest, failure if step else failure + self._looseness(here)
 
     def _step(self, here: Place, reached: Place, *, past_kink: bool = False) -> _Step | None:
-        """A step with its events; None where one is not found, and the step can be shorter.
+        """A step with what lies on it; None where that is not found, and the step can be shorter.
 
         A change of orientation without a branch point between is a jump to another branch.
         """
-        segment = Segment(self.problem, here, reached)
+        segment, tolerance = Segment(self.problem, here, reached), self.options.event_tolerance
         try:
-            return _Step(segment, events_on(segment, self.options.event_tolerance))
+            events = events_on(segment, tolerance)
+            return _Step(segment, events, self._hits(segment, events))
         except NotOnSegmentError:
             if segment.length > _SHORT * self.options.smallest_step and not past_kink:
                 return None
-            told = events_on(segment, self.options.event_tolerance, located=False)
-            return _Step(segment, told)
+            told = events_on(segment, tolerance, located=False)
+            return _Step(segment, told, self._leaves(segment))
 
     def _direction(self, here: Place, last: Place | None) -> Array:
         """Unit vector of the prediction in the scaled unknowns about a point."""
@@ -227,6 +241,18 @@ class Trace:
             return reached.turned()
         return reached
 
+    def _looseness(self, here: Place) -> str:
+        """What the null space says of a point that the branch does not leave."""
+        equations = self.problem.about(here.solution.omega)
+        values, _ = null_space(equations, here.metric, here.solution)
+        loose = int(np.count_nonzero(values < _LOOSE))
+        if loose == 1:
+            return ""
+        return (
+            f"; {loose} directions of motion have no stiffness there: a branch point, or natural"
+            " frequencies that are multiples of this frequency"
+        )
+
     def _leads_back(self, here: Place, reached: Place) -> bool:
         """Whether a step back from a point, along its own tangent, finds the one before.
 
@@ -244,55 +270,56 @@ class Trace:
         """A point beyond a kink that is less than the smallest step ahead."""
         for multiple in _PAST_KINK:
             length = multiple * self.options.smallest_step
-            probe = here.at.moved(here.metric.unscaled(here.tangent), length)
-            beyond = self._beyond(probe, here)
-            guess = probe.moved(here.metric.unscaled(beyond), length)
-            reached, _ = self._reached(here, beyond, length, guess)
-            if reached is not None:
-                way = here.metric.between(here.at, reached.at)
-                if here.tangent @ way > _BACK * np.linalg.norm(way):
-                    return reached
+            for direction, guess in ways_on(self.problem, here, length):
+                reached, _ = self._reached(here, direction, length, guess)
+                if reached is not None:
+                    way = here.metric.between(here.at, reached.at)
+                    if here.tangent @ way > _BACK * np.linalg.norm(way):
+                        return reached
         return None
-
-    def _beyond(self, probe: Unknowns, here: Place) -> Array:
-        """Tangent of the piece that a point beyond a kink lies in, leading on from there."""
-        equations = self.problem.about(probe.omega)
-        found = place(equations, evaluated(equations, probe), here.tangent)
-        led = found if found.orientation * here.orientation >= 0 else found.turned()
-        direction = here.metric.scaled(led.metric.unscaled(led.tangent))
-        return np.asarray(direction / np.linalg.norm(direction))
 
     def _between(self, step: _Step) -> Iterator[tuple[float, TracePoint]]:
         """Events and hit targets within a step, in order, with their fractions of the step."""
-        low = 0.0
-        for fraction, event in [*step.events, (1.0, None)]:
-            yield from self._hits(step.segment, low, fraction)
-            if self.reason:
+        events = [(at, TracePoint(event.place, 0.0, event), "") for at, event in step.events]
+        hits = [(at, TracePoint(hit, 0.0, target=True), leaves) for at, hit, leaves in step.hits]
+        for fraction, point, leaves in sorted([*hits, *events], key=lambda item: item[0]):
+            self.reason = leaves
+            yield fraction, point
+            if leaves:
                 return
-            if event is not None:
-                yield fraction, TracePoint(event.place, 0.0, event)
-            low = fraction
 
-    def _hits(
-        self, segment: Segment, low: float, high: float
-    ) -> Iterator[tuple[float, TracePoint]]:
-        """Points where gamma or omega, monotonic between two fractions, has a wanted value."""
-        ends = segment.at(low).solution, segment.at(high).solution
-        found = []
-        for name, span, value_of, fixed in (
+    def _hits(self, segment: Segment, events: list[tuple[float, Event]]) -> list[_Hit]:
+        """Points where gamma or omega, monotonic between two events, has a wanted value.
+
+        Raises:
+            NotOnSegmentError: if one is not found.
+        """
+        found, fractions = [], [0.0, *(fraction for fraction, _ in events), 1.0]
+        for low, high in itertools.pairwise(fractions):
+            ends = segment.at(low).solution, segment.at(high).solution
+            for name, span, value_of, fixed in self._spans:
+                rising = value_of(ends[1]) - value_of(ends[0])
+                for value in span.between(value_of(ends[0]), value_of(ends[1])):
+                    fraction, at = _hit(segment, value_of, fixed, value, low, high)
+                    found.append((fraction, at, _leaving(name, span, value, rising)))
+        return found
+
+    def _leaves(self, segment: Segment) -> list[_Hit]:
+        """The end of a segment, if a range is left on it."""
+        first, second = segment.first.solution, segment.second.solution
+        for name, span, value_of, _ in self._spans:
+            rising = value_of(second) - value_of(first)
+            for value in span.between(value_of(first), value_of(second)):
+                if leaves := _leaving(name, span, value, rising):
+                    return [(1.0, segment.second, leaves)]
+        return []
+
+    @property
+    def _spans(self) -> tuple[_Span, _Span]:
+        return (
             ("gamma", self.gamma, _gamma, FixedEnergy),
             ("omega", self.omega, _omega, FixedFrequency),
-        ):
-            for value in span.between(value_of(ends[0]), value_of(ends[1])):
-                at = _hit(segment, value_of, fixed, value, low, high)
-                rising = value_of(ends[1]) - value_of(ends[0])
-                leaves = f"{name} leaves its range at {value:g}"
-                found.append((*at, leaves if span.left_at(value, rising) else ""))
-        for fraction, point, leaves in sorted(found, key=lambda item: item[0]):
-            self.reason = leaves
-            yield fraction, TracePoint(point, 0.0, target=True)
-            if self.reason:
-                return
+        )
 
 
 def trace(
@@ -353,6 +380,11 @@ def start_place(problem: Problem, start: Solution, heading: Heading | Unknowns) 
         raise ModelError(f'heading "{heading}": the branch is level there; head by the other')
     up = heading in (Heading.GAMMA_UP, Heading.OMEGA_UP)
     return first if (slope > 0) == up else first.turned()
+
+
+def _leaving(name: str, span: Range, value: float, rising: float) -> str:
+    """That a range is left at a value, or nothing."""
+    return f"{name} leaves its range at {value:g}" if span.left_at(value, rising) else ""
 
 
 def _gamma(solution: Solution) -> float:

@@ -39,7 +39,8 @@ class ArcLength:
         growth: Largest factor by which a step grows.
         largest_turn: Bound in degrees on the angle between a step and its prediction.
         event_tolerance: Length to which folds and branch points are located.
-        newton: Newton's configuration.
+        newton: Newton's configuration. The tolerance is tight: where natural frequencies are
+            multiples of the frequency, to 1e-8 on a rod, only that little holds the branch.
     """
 
     step: float = 0.02
@@ -51,7 +52,9 @@ class ArcLength:
     growth: float = 1.5
     largest_turn: float = 30.0
     event_tolerance: float = 1e-8
-    newton: Newton = field(default_factory=lambda: Newton(iterations=12))
+    newton: Newton = field(
+        default_factory=lambda: Newton(tolerance=1e-13, round_off=1e-10, iterations=12)
+    )
 
     def __post_init__(self) -> None:
         if not 0 < self.smallest_step <= self.step <= self.largest_step:

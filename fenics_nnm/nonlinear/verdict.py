@@ -20,11 +20,12 @@ models that came back within 2 %, the worst was 1.2e-4 from the exact frequency.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from fenics_nnm.nonlinear.bifurcations import Bifurcations, Witness, bifurcations
 from fenics_nnm.nonlinear.certificate import certified, of_linear_mode
 from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.nonlinear.fourier import Series
@@ -72,10 +73,24 @@ _UNJUDGED: dict[str, Any] = {
     "shot_distance": float("nan"),
     "shot_return_error": float("nan"),
     "largest_multiplier": float("nan"),
+    "stability": "",
 }
 
 #: Why points of models without an integration in time are not verified.
 WITH_MASS = "contact points carry mass: there is no motion in time to compare with"
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What integration in time says of a branch.
+
+    Attributes:
+        points: Points with their verdicts.
+        bifurcations: Bifurcations of its exact motions.
+    """
+
+    points: tuple[BranchPoint, ...]
+    bifurcations: Bifurcations
 
 
 def judged(
@@ -86,7 +101,7 @@ def judged(
     mode: int,
     harmonic: int = 1,
     shooting: bool,
-) -> tuple[BranchPoint, ...]:
+) -> Judgement:
     """The points with return errors, shot motions, internal resonances and statuses.
 
     Beyond grazing, points of a model whose contact points carry mass are "converged" at best: their
@@ -102,10 +117,15 @@ def judged(
     """
     flow = Flow(model) if model.massless else None
     resonances = [internal_resonance(model, series, point, mode, harmonic) for point in points]
-    return tuple(
+    pairs = [
         _judged(flow, series, replace(point, resonance=resonance, **_UNJUDGED), shooting)
         for point, resonance in zip(points, resonances, strict=True)
-    )
+    ]
+    found = Bifurcations()
+    if flow and shooting:
+        witnesses = [witness for _, witness in pairs]
+        found = bifurcations(flow, witnesses, reversible=not series.free_phase)
+    return Judgement(tuple(point for point, _ in pairs), found)
 
 
 def internal_resonance(
@@ -117,7 +137,11 @@ def internal_resonance(
     return str(found) if found.share > INSIDE else ""
 
 
-def _judged(flow: Flow | None, series: Series, point: BranchPoint, shooting: bool) -> BranchPoint:
+def _judged(
+    flow: Flow | None, series: Series, point: BranchPoint, shooting: bool
+) -> tuple[BranchPoint, Witness | None]:
+    """A point with its verdict, and its exact motion if there is one."""
+    witness = None
     found = returned(flow, series, point) if flow else UNKNOWN_RETURN
     point = replace(
         point,
@@ -125,11 +149,11 @@ def _judged(flow: Flow | None, series: Series, point: BranchPoint, shooting: boo
         return_error_10=found.after_ten,
         energy_drift=found.energy_drift,
     )
+    if flow and shooting and not np.isnan(found.after_one):
+        point, witness = certified(flow, series, point)
     if _is_linear(point):
         point = of_linear_mode(point)
-    elif flow and shooting and not np.isnan(found.after_one):
-        point = certified(flow, series, point)
-    return _verdict(point, found, massless=flow is not None)
+    return _verdict(point, found, massless=flow is not None), witness
 
 
 def _is_linear(point: BranchPoint) -> bool:

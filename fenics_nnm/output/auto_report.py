@@ -8,7 +8,7 @@ from typing import Any
 
 from fenics_nnm.auto import Choice
 from fenics_nnm.finer import needed
-from fenics_nnm.nonlinear.accuracy import SOURCES, Accuracy, accuracy
+from fenics_nnm.nonlinear.accuracy import SOURCES, Accuracy
 from fenics_nnm.nonlinear.branch import Branch
 
 logger = logging.getLogger(__name__)
@@ -18,18 +18,23 @@ def summary_of(chosen: Choice, branch: Branch) -> dict[str, Any]:
     """The entry "auto" of summary.json; nothing where all numbers were given."""
     if not chosen.automatic:
         return {}
-    found = accuracy(branch.points)
+    found = chosen.achieved(branch.points)
+    told = {
+        "found": list(chosen.asked.automatic),
+        "tolerance": chosen.study.tolerance,
+        "limits": chosen.limits,
+        "branches_followed": chosen.round + 1,
+    }
+    if found is None:
+        return {"auto": {**told, "met": None}}
     return {
         "auto": {
-            "found": list(chosen.asked.automatic),
-            "tolerance": chosen.study.tolerance,
-            "met": found.total <= chosen.study.tolerance,
+            **told,
+            "met": found.meets(chosen.study.tolerance),
             "harmonics_error": found.harmonics,
             "samples_error": found.samples,
             "reduction_error": found.modes,
             "at_gamma_ratio": None if math.isnan(found.at) else found.at,
-            "limits": chosen.limits,
-            "branches_followed": chosen.round + 1,
         }
     }
 
@@ -38,7 +43,9 @@ def told(chosen: Choice, branch: Branch) -> str:
     """The numbers found and what they achieve, in a line; nothing where all were given."""
     if not chosen.automatic:
         return ""
-    found = accuracy(branch.points)
+    found = chosen.achieved(branch.points)
+    if found is None:
+        return f"{chosen.study.resolution}, as the run before found them"
     return (
         f"{chosen.study.resolution}: expected error of the frequency {found.total:.1e} {_at(found)}"
         f" (tolerance {chosen.study.tolerance:g})"
@@ -49,8 +56,8 @@ def warn_of(chosen: Choice, branch: Branch) -> None:
     """Say where a tolerance is not met, why, and what it would need."""
     if not chosen.automatic or not branch.points:
         return
-    found, tolerance = accuracy(branch.points), chosen.study.tolerance
-    if found.total <= tolerance:
+    found, tolerance = chosen.achieved(branch.points), chosen.study.tolerance
+    if found is None or found.meets(tolerance):
         return
     source = max(SOURCES, key=found.of)
     number, error = getattr(chosen.study.resolution, source), found.of(source)
@@ -67,7 +74,7 @@ def warn_of(chosen: Choice, branch: Branch) -> None:
         source,
         number,
         why,
-        needed(source, number, error, tolerance / 2),
+        needed(source, number, error, found.allowance * tolerance / 2),
     )
 
 

@@ -39,6 +39,7 @@ COLUMNS = {
     "complementarity": "complementarity",
     "shot_distance": "shot_distance",
     "shot_return_error": "shot_return_error",
+    "stability": "stability",
     "reason": "reason",
 }
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import ModelError, TooManyModesError
 from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
@@ -38,7 +38,7 @@ def craig_bampton_reduction(basis: Array, gap: Array, operators: Operators) -> R
     scale = 1 / np.sqrt(np.diag(M))
     mass = scale[:, None] * M * scale
     if np.linalg.eigvalsh(mass)[0] < _DEPENDENT:
-        raise ModelError(
+        raise TooManyModesError(
             "Craig-Bampton: the basis vectors depend on each other: use fewer reduction.modes"
         )
     squared, vectors = eigh(scale[:, None] * K * scale, mass)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import TooManyModesError
 from fenics_nnm.reduction.model import ReducedModel, towards_obstacle
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
@@ -33,21 +33,21 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
         gap: Gaps in m, shape (n_c,).
 
     Raises:
-        ModelError: if R is not positive definite to round-off: points whose motion the modes span
-            altogether (too many modes), or two points at one place; or if it is below 1e-6 of S.
+        TooManyModesError: if R is not positive definite to round-off: points whose motion the
+            modes span altogether, or two points at one place; or if it is below 1e-6 of S.
     """
     S = (S + S.T) / 2
     modal = Phi / omega
     R = S - modal @ modal.T
     lowest = float(np.linalg.eigvalsh(R)[0])
     if lowest <= 1e-12 * float(np.linalg.eigvalsh(S)[-1]):
-        raise ModelError(
+        raise TooManyModesError(
             f"massless reduction: the residual flexibility has the eigenvalue {lowest:.3g} m/N, "
             "which is zero to round-off: use fewer reduction.modes or fewer contact points"
         )
     part = float(eigh(R, S, eigvals_only=True, subset_by_index=[0, 0])[0])
     if part < _LEAST_PART:
-        raise ModelError(
+        raise TooManyModesError(
             f"massless reduction: the modes leave contact points {part:.1e} of their static "
             f"flexibility, less than {_LEAST_PART:g}, so that contact would be all but rigid: "
             "use fewer reduction.modes"

@@ -188,6 +188,12 @@ class ArcMarch:
             self.failure = self.reason = f"arc_length: {reason}"
             return
         ratio = self.points[-1].gamma_ratio
+        if len(self.points) == 1:
+            self.failure = self.reason = (
+                f"the branch turns back where it begins, at gamma_ratio {ratio:g}: "
+                "lower continuation.energies.from"
+            )
+            return
         reached = "reached" if ratio > self.points[-2].gamma_ratio else "came back to"
         self.reason = f"{reached} gamma_ratio {ratio:g}"
 

@@ -159,7 +159,9 @@ def test_choices_that_do_not_fit(
 
 def test_multipliers_are_found_at_fixed_energy(study_file: StudyFile, command: Command) -> None:
     path = study_file(base=PLATE, reduction={"method": "craig-bampton", "modes": 4}, **BY_FREQUENCY)
-    command("run", path).assert_one_line(2, "continuation.parameter", "without mass", '"energy"')
+    command("run", path).assert_one_line(
+        2, "by frequency needs contact points without mass", '"energy"'
+    )
     model = ReducedModel([1.0, 3.0], [[1.0, 1.0]], [[0.0]], [1.0])
     balance = HarmonicBalance(3, 32, multipliers=MultiplierLoop())
     with pytest.raises(ModelError, match="needs contact points without mass"):

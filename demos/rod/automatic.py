@@ -52,11 +52,9 @@ def run(elements: int, degree: int, step: float, **more: Any) -> tuple[np.ndarra
 
 # %%
 unmarked, marked = run(100, 2, 0.05)
-assert np.count_nonzero(unmarked < 3e-3) >= 0.95 * len(unmarked)
-assert unmarked.max() < 5e-3
+assert unmarked.max() < 3e-3
 assert np.median(unmarked) < 1e-3
 assert len(marked) <= (len(unmarked) + len(marked)) / 4
 
 # %%
-run(50, 2, 0.1, gap=3e-3)
-run(200, 1, 0.1)
+run(50, 2, 0.5, gap=3e-3)

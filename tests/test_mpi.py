@@ -21,7 +21,7 @@ StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
 
 #: Columns of backbone.csv that are round-off.
-ROUND_OFF = {"penetration_m", "virial_error"}
+ROUND_OFF = {"penetration_m", "virial_error", "shot_return_error"}
 
 FAILING = """
 import sys

@@ -12,6 +12,16 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.continuation.follow import (
+    ArcContinuation,
+    Branch,
+    Continuation,
+    EnergyContinuation,
+    FrequencyContinuation,
+    follow,
+)
+from fenics_nnm.continuation.levels import HarmonicBalance, contact_model
+from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
@@ -20,18 +30,8 @@ from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
-from fenics_nnm.nonlinear.continuation import (
-    ArcContinuation,
-    Branch,
-    Continuation,
-    EnergyContinuation,
-    FrequencyContinuation,
-    follow,
-)
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
-from fenics_nnm.nonlinear.levels import HarmonicBalance, contact_model
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.trace_options import ArcLength, Predictor
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
 from fenics_nnm.reduction.matrix_files import read_matrix
@@ -123,7 +123,9 @@ def _mode_count(study: Study, at_most: int | None, spanned: int) -> int:
         return max(1, min(at_most, spanned))
     modes = study.reduction.modes
     if modes == "auto":
-        raise StudyError('reduction.modes = "auto": is not found yet: see fenics_nnm.auto.choice')
+        raise StudyError(
+            'reduction.modes = "auto": is not found yet: see fenics_nnm.resolution.auto.choice'
+        )
     return modes
 
 

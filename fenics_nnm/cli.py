@@ -24,7 +24,7 @@ from fenics_nnm.study import Study, read_study
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from fenics_nnm.nonlinear.branch import Encounter
+    from fenics_nnm.continuation.branch import Encounter
     from fenics_nnm.run import RunResult
 
 #: Exit codes: all that was asked for, stopped early or something missing, bad input.
@@ -152,8 +152,8 @@ def _run(study: Study, arguments: argparse.Namespace) -> int:
 def _check(study: Study, arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.auto import provisional
     from fenics_nnm.output.description import describe
+    from fenics_nnm.resolution.auto import provisional
 
     console = _console(MPI.COMM_WORLD)
     with _stages(console, arguments) as stages:
@@ -171,10 +171,10 @@ def _check(study: Study, arguments: argparse.Namespace) -> int:
 def _convergence(study: Study, arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.auto import choice
-    from fenics_nnm.convergence import convergence
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.convergence_report import convergence_lines, write_convergence
+    from fenics_nnm.resolution.auto import choice
+    from fenics_nnm.resolution.convergence import convergence
 
     console, comm = _console(MPI.COMM_WORLD), MPI.COMM_WORLD
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-convergence"

@@ -9,8 +9,8 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+from fenics_nnm.continuation.follow import ArcContinuation, Branch, Continuation
 from fenics_nnm.errors import NonlinearModeError, StudyError
-from fenics_nnm.nonlinear.continuation import ArcContinuation, Branch, Continuation
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.branch_file import BranchHeader

@@ -23,17 +23,14 @@ from fenics_nnm.analysis import (
     wanted_motions,
 )
 from fenics_nnm.arrays import Array
-from fenics_nnm.auto import Choice, choice, improved
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import conducted, on_root
 from fenics_nnm.interrupts import uninterrupted
-from fenics_nnm.nonlinear.bifurcations import Bifurcation
-from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
 from fenics_nnm.output import branch_file, journal
 from fenics_nnm.output.auto_report import summary_of, told, warn_of
 from fenics_nnm.output.journal import Journal
@@ -41,6 +38,7 @@ from fenics_nnm.output.plots import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.output.staging import Staging, Stopped, claim, publish, rescue, stopped_runs
 from fenics_nnm.output.tables import write_backbone, write_summary
+from fenics_nnm.resolution.auto import Choice, choice, improved
 from fenics_nnm.resume import (
     StoredRun,
     assert_nobody_runs,
@@ -50,6 +48,8 @@ from fenics_nnm.resume import (
 )
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
+from fenics_nnm.time_domain.bifurcations import Bifurcation
+from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
 
 logger = logging.getLogger(__name__)
 

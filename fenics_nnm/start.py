@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.events import EventKind
+from fenics_nnm.continuation.levels import HarmonicBalance
+from fenics_nnm.continuation.targets import Begin
 from fenics_nnm.errors import StudyError
-from fenics_nnm.nonlinear.events import EventKind
 from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.targets import Begin
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.branch_file import BranchHeader
 from fenics_nnm.reduction.comparison import mode_signs, model_difference

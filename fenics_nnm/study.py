@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError, model_validator
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Geometry, Plate, Rod
-from fenics_nnm.resolution import Resolution
+from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.study_continuation import ContinuationSection
 from fenics_nnm.study_messages import first_error, plain, shown
 from fenics_nnm.study_sections import (
@@ -80,7 +80,8 @@ class _AnyStudy(Record):
         numbers = self.mode.harmonics, self.mode.samples, self.reduction.modes
         if "auto" in numbers:
             raise StudyError(
-                f'{self.automatic[0]} = "auto": is not found yet: see fenics_nnm.auto.choice'
+                f'{self.automatic[0]} = "auto": is not found yet: '
+                "see fenics_nnm.resolution.auto.choice"
             )
         return Resolution(*(int(number) for number in numbers))
 

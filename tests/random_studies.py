@@ -15,7 +15,7 @@ import numpy as np
 from conftest import toml
 from study_outcome import Examiner, Outcome
 
-from fenics_nnm.nonlinear.verdict import VERIFIED
+from fenics_nnm.time_domain.verdict import VERIFIED
 
 Section = dict[str, Any]
 

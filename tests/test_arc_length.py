@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from fenics_nnm.continuation.arc_length import FixedArc, Metric, place, scaled_jacobian, unknowns
+from fenics_nnm.continuation.step_test import Continuity
+from fenics_nnm.continuation.trace import Trace, trace
+from fenics_nnm.continuation.trace_options import ArcLength, Heading, Predictor, Range
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.arc_length import FixedArc, Metric, place, scaled_jacobian, unknowns
 from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, Solution, Unknowns, solve
-from fenics_nnm.nonlinear.step_test import Continuity
-from fenics_nnm.nonlinear.trace import Trace, trace
-from fenics_nnm.nonlinear.trace_options import ArcLength, Heading, Predictor, Range
 from fenics_nnm.reduction.model import ReducedModel
 
 GRAZING = 0.25

@@ -17,13 +17,13 @@ from conftest import PLATE, ROD, Ended, changed, toml
 from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis, nonlinear_mode
-from fenics_nnm.auto import choice
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.finer import Finer, least
-from fenics_nnm.nonlinear.accuracy import Accuracy, accuracy
 from fenics_nnm.output import branch_file
-from fenics_nnm.resolution import Resolution
+from fenics_nnm.resolution.accuracy import Accuracy, accuracy
+from fenics_nnm.resolution.auto import choice
+from fenics_nnm.resolution.finer import Finer, least
+from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.run import run_study
 from fenics_nnm.study import Study, study_from
 
@@ -152,7 +152,7 @@ def test_fewer_modes_of_an_analysis_are_an_analysis_of_fewer_modes() -> None:
 def test_a_resumed_run_takes_the_numbers_over(tmp_path: Path, monkeypatch: Any) -> None:
     text, folder = toml(SMALL), tmp_path / "out"
     before = run_study(study_of(SMALL), text, folder, comm=MPI.COMM_SELF)
-    monkeypatch.setattr("fenics_nnm.auto._search", None)  # no search any more
+    monkeypatch.setattr("fenics_nnm.resolution.auto._search", None)  # no search any more
     wider = changed(SMALL, {"continuation": {"energies": {"to": 1.6}}})
     after = run_study(study_of(wider), toml(wider), folder, comm=MPI.COMM_SELF, resume=True)
     for name in ("harmonics", "samples"):
@@ -166,7 +166,7 @@ def test_a_branch_that_is_not_accurate_enough_is_followed_again(
     tmp_path: Path, monkeypatch: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Probes that see nothing leave the least numbers, which the points show to be too few."""
-    monkeypatch.setattr("fenics_nnm.auto.probes", lambda study, model: ())
+    monkeypatch.setattr("fenics_nnm.resolution.auto.probes", lambda study, model: ())
     study = bilinear_study(tmp_path, 1e-4)
     with caplog.at_level(logging.INFO, "fenics_nnm"):
         result = run_study(study, "", tmp_path / "out", comm=MPI.COMM_SELF)

@@ -11,22 +11,22 @@ from test_followed_branches import Command, StudyFile, structure, study
 from test_stability import MODEL, by_differences
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.bifurcations import (
+from fenics_nnm.continuation.branch import Branch
+from fenics_nnm.continuation.follow import EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
+from fenics_nnm.output.plots import plot_backbone
+from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain.bifurcations import (
     Bifurcation,
     Witness,
     _test_function,
     bifurcations,
 )
-from fenics_nnm.nonlinear.branch import Branch
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
-from fenics_nnm.nonlinear.family import Steps, family_tangent, periodic_motion
-from fenics_nnm.nonlinear.flow import Flow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
-from fenics_nnm.nonlinear.period_map import Target, period_map
-from fenics_nnm.nonlinear.shooting import Shooting, ShotMotion, shoot
-from fenics_nnm.nonlinear.stability import COMPLEX, DOUBLING, REAL, stability
-from fenics_nnm.output.plots import plot_backbone
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain.family import Steps, family_tangent, periodic_motion
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.period_map import Target, period_map
+from fenics_nnm.time_domain.shooting import Shooting, ShotMotion, shoot
+from fenics_nnm.time_domain.stability import COMPLEX, DOUBLING, REAL, stability
 
 BALANCE = HarmonicBalance(10, 256)
 

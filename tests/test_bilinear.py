@@ -7,8 +7,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
+from fenics_nnm.continuation.follow import EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.reduction.model import ReducedModel
 
 

@@ -13,22 +13,22 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from fenics_nnm.continuation.arc_length import unknowns
+from fenics_nnm.continuation.branch_switching import switched
+from fenics_nnm.continuation.events import Event, EventKind
+from fenics_nnm.continuation.harmonic_copy import harmonic_copy, linear_motion
+from fenics_nnm.continuation.step_test import Continuity, kinetic_shares
+from fenics_nnm.continuation.trace import Trace, trace
+from fenics_nnm.continuation.trace_options import ArcLength, Heading, Range
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.arc_length import unknowns
-from fenics_nnm.nonlinear.branch_switching import switched
 from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.nonlinear.events import Event, EventKind
-from fenics_nnm.nonlinear.family import Steps, periodic_motion
-from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
-from fenics_nnm.nonlinear.harmonic_copy import harmonic_copy, linear_motion
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution
-from fenics_nnm.nonlinear.period_map import Target, period_map
-from fenics_nnm.nonlinear.step_test import Continuity, kinetic_shares
-from fenics_nnm.nonlinear.trace import Trace, trace
-from fenics_nnm.nonlinear.trace_options import ArcLength, Heading, Range
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain.family import Steps, periodic_motion
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.period_map import Target, period_map
 
 R = 0.2
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from conftest import ROD, Ended
 
-from fenics_nnm.convergence import Convergence, Row
-from fenics_nnm.resolution import Resolution
+from fenics_nnm.resolution.convergence import Convergence, Row
+from fenics_nnm.resolution.resolution import Resolution
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]

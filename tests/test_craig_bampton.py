@@ -9,12 +9,12 @@ from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.follow import Branch, EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop, PenalisedEnergy
 from fenics_nnm.nonlinear.contact_law import ContactForces
-from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
 from fenics_nnm.nonlinear.fourier import CosineSeries
-from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
 from fenics_nnm.reduction.model import ReducedModel

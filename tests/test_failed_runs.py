@@ -272,7 +272,7 @@ def test_interrupt_while_results_are_moved(
 @pytest.mark.parametrize(
     ("name", "kept"),
     [
-        ("auto.linear_analysis", 0),
+        ("resolution.auto.linear_analysis", 0),
         ("output.mesh_report.gathered_basis", 0),
         ("output.mesh_report.write_linear_modes", 4),
     ],
@@ -301,7 +301,7 @@ def test_defect(
 
 
 def test_out_of_memory(study_file: StudyFile, command: Command, monkeypatch: Any) -> None:
-    failing_at(monkeypatch, "auto.linear_analysis", MemoryError())
+    failing_at(monkeypatch, "resolution.auto.linear_analysis", MemoryError())
     command("run", study_file()).assert_one_line(1, "out of memory", "coarser mesh")
 
 

@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain.flow import Flow
 
 #: Two points that always close together, and one on its own.
 TWINS = ReducedModel(

@@ -13,11 +13,11 @@ import pytest
 from conftest import PLATE, Ended
 from test_branch_points import R, exact_frequencies
 
-from fenics_nnm.nonlinear.continuation import ArcContinuation, EnergyContinuation, follow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
+from fenics_nnm.continuation.follow import ArcContinuation, EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
+from fenics_nnm.continuation.trace_options import ArcLength
 from fenics_nnm.nonlinear.newton import Newton
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.trace_options import ArcLength
 from fenics_nnm.output import branch_file
 from fenics_nnm.reduction.model import ReducedModel
 

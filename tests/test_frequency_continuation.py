@@ -14,12 +14,12 @@ from conftest import PLATE, Ended
 from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis, nonlinear_mode
+from fenics_nnm.continuation.branch import Branch
+from fenics_nnm.continuation.follow import EnergyContinuation, FrequencyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
+from fenics_nnm.continuation.outlook import outlook
 from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
-from fenics_nnm.nonlinear.branch import Branch
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, FrequencyContinuation, follow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
-from fenics_nnm.nonlinear.outlook import outlook
 from fenics_nnm.output import branch_file
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.study import study_from

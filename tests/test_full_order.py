@@ -8,12 +8,12 @@ import pytest
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.follow import Branch, EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.full_order import FullOrderEquations
-from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
 from fenics_nnm.reduction.flexibility import ResidualFlexibility

@@ -10,10 +10,10 @@ from petsc4py import PETSc
 
 from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.follow import Branch, EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.study import read_study, study_from
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.follow import Branch, EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
 from fenics_nnm.nonlinear.fourier import FourierSeries
-from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, solve
 from fenics_nnm.reduction.model import ReducedModel

@@ -9,7 +9,7 @@ import pytest
 from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis, nonlinear_mode
-from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.study import study_from
 
 FINE = Path(__file__).parent.parent / "demos" / "rod" / "fine.toml"

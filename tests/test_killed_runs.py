@@ -30,7 +30,7 @@ STEPS = """
 import os, signal, sys
 from pathlib import Path
 import numpy as np
-from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file, journal, staging
 from fenics_nnm.reduction.model import ReducedModel

@@ -10,8 +10,8 @@ import pytest
 from mpi4py import MPI
 
 from fenics_nnm.analysis import harmonic_balance, linear_analysis, nonlinear_mode
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.study import Study, read_study, study_from
 
 DEMOS = Path(__file__).parent.parent / "demos"

@@ -7,18 +7,18 @@ from typing import Any, cast
 
 import pytest
 
-from fenics_nnm.nonlinear.advice import advice
-from fenics_nnm.nonlinear.fourier import CosineSeries
-from fenics_nnm.nonlinear.lift import Stack
-from fenics_nnm.nonlinear.march import March
-from fenics_nnm.nonlinear.newton import Solution
-from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
-from fenics_nnm.nonlinear.targets import (
+from fenics_nnm.continuation.lift import Stack
+from fenics_nnm.continuation.march import March
+from fenics_nnm.continuation.targets import (
     ArcContinuation,
     Continuation,
     EnergyContinuation,
     FrequencyContinuation,
 )
+from fenics_nnm.nonlinear.advice import advice
+from fenics_nnm.nonlinear.fourier import CosineSeries
+from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
 
 
 @dataclass

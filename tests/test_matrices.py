@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from fenics_nnm.continuation.follow import EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.errors import ConvergenceError, ModelError
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.reduction import matrix_modes
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis

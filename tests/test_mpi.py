@@ -148,7 +148,7 @@ def test_bad_mesh_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "auto.linear_analysis",
+        "resolution.auto.linear_analysis",
         "output.mesh_report.gathered_basis",
         "output.mesh_report.write_linear_modes",
     ],

@@ -16,9 +16,9 @@ from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.cli import main
+from fenics_nnm.continuation.follow import EnergyContinuation
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.nonlinear.continuation import EnergyContinuation
 from fenics_nnm.nonlinear.fourier import CosineSeries
 from fenics_nnm.output import branch_file, owner
 from fenics_nnm.output.staging import Stopped, running_folders, stopped_runs

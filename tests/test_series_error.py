@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
+from fenics_nnm.continuation.follow import EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.series_error import HOLDS
 from fenics_nnm.reduction.flexibility import ResidualFlexibility

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fenics_nnm.nonlinear.continuation import Branch, EnergyContinuation, follow
-from fenics_nnm.nonlinear.family import Steps, periodic_motion, walk_to_energy
-from fenics_nnm.nonlinear.flow import Flow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
-from fenics_nnm.nonlinear.period_map import Target, period_map
-from fenics_nnm.nonlinear.shooting import Shooting, ShotMotion, harmonics_of, mean_gamma, shoot
+from fenics_nnm.continuation.follow import Branch, EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain.family import Steps, periodic_motion, walk_to_energy
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.period_map import Target, period_map
+from fenics_nnm.time_domain.shooting import Shooting, ShotMotion, harmonics_of, mean_gamma, shoot
 
 MODEL = ReducedModel(
     omega=[1.0, 2.62, 6.31],

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
-from fenics_nnm.nonlinear.flow import Flow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
-from fenics_nnm.nonlinear.shooting import ShotMotion, shoot
-from fenics_nnm.nonlinear.stability import COMPLEX, DOUBLING, stability
+from fenics_nnm.continuation.follow import EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.shooting import ShotMotion, shoot
+from fenics_nnm.time_domain.stability import COMPLEX, DOUBLING, stability
 
 MODEL = ReducedModel(
     omega=[1.0, 2.62, 6.31],

@@ -18,11 +18,11 @@ from test_mpi import on_ranks, own_lines
 
 import fenics_nnm.run
 from fenics_nnm.cli import _result_table
-from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.verdict import CONVERGED, FAILED, STATUSES, WITH_MASS
 from fenics_nnm.run import RunResult
 from fenics_nnm.study import read_study
+from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, STATUSES, WITH_MASS
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]

@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.follow import EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
 from fenics_nnm.reduction.model import ReducedModel
 
 #: A structure with incommensurate frequencies and two contact points that interact.

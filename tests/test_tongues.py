@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from fenics_nnm.nonlinear.arc_length import unknowns
+from fenics_nnm.continuation.arc_length import unknowns
+from fenics_nnm.continuation.events import Event, EventKind
+from fenics_nnm.continuation.harmonic_copy import linear_motion
+from fenics_nnm.continuation.step_test import Continuity, kinetic_shares
+from fenics_nnm.continuation.trace import TracePoint, trace
+from fenics_nnm.continuation.trace_options import Heading, Range
 from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.nonlinear.events import Event, EventKind
 from fenics_nnm.nonlinear.fourier import CosineSeries
-from fenics_nnm.nonlinear.harmonic_copy import linear_motion
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, Solution, solve
-from fenics_nnm.nonlinear.step_test import Continuity, kinetic_shares
-from fenics_nnm.nonlinear.trace import TracePoint, trace
-from fenics_nnm.nonlinear.trace_options import Heading, Range
 from fenics_nnm.reduction.model import ReducedModel
 
 GRAZING = 0.25

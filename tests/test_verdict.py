@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fenics_nnm.nonlinear.continuation import EnergyContinuation, follow
-from fenics_nnm.nonlinear.flow import Flow
-from fenics_nnm.nonlinear.levels import HarmonicBalance
-from fenics_nnm.nonlinear.periodicity import returned
+from fenics_nnm.continuation.follow import EnergyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.shooting import shoot
-from fenics_nnm.nonlinear.verdict import WITH_MASS, judged
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.periodicity import returned
+from fenics_nnm.time_domain.shooting import shoot
+from fenics_nnm.time_domain.verdict import WITH_MASS, judged
 
 MODEL = ReducedModel(
     omega=[1.0, 2.62, 6.31],
@@ -85,7 +85,7 @@ def test_equations_and_reduction_count() -> None:
 
 def test_integration_that_gives_up_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     flow = Flow(MODEL, most_changes=1)
-    monkeypatch.setattr("fenics_nnm.nonlinear.verdict.Flow", lambda model: flow)
+    monkeypatch.setattr("fenics_nnm.time_domain.verdict.Flow", lambda model: flow)
     found = verdict(branch()[-1])
     assert found.status == "failed"
     assert found.reason.startswith("integration in time gave up: more than 1 changes of contact")

@@ -22,7 +22,7 @@ from pressure import ContactLine, corner_jump, zigzag
 from rich.console import Console
 
 from fenics_nnm.analysis import harmonic_balance, linear_analysis, nonlinear_mode
-from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.progress import progress
 from fenics_nnm.run import run_study

@@ -16,8 +16,8 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.analysis import linear_analysis, nonlinear_mode
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.fem.harmonic import HarmonicSolver
-from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.study import Study, study_from
 
 PATH = Path(__file__).parent / "rotor37.toml"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from fenics_nnm.continuation.targets import ArcContinuation, Continuation, FrequencyContinuation
 from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.nonlinear.targets import ArcContinuation, Continuation, FrequencyContinuation
 
 #: From this number of samples on, more of them did not help the studies that were tried.
 _ENOUGH_SAMPLES = 64

@@ -49,7 +49,7 @@ class BranchPoint:
         contact_fraction: Share of the period with contact somewhere.
         iterations: Newton steps at the finest level.
         status: What may be believed: "verified", "converged", "inside resonance" or "failed", see
-            `nonlinear.verdict`. All points solve the discrete equations.
+            `time_domain.verdict`. All points solve the discrete equations.
         reason: Why the point is not verified; empty if it is.
         resonance: Mode and harmonic of an internal resonance, or nothing.
         skipped: Mode and harmonic of an internal resonance that hid the main branch at this
@@ -66,7 +66,7 @@ class BranchPoint:
         shot_return_error: Its own return error.
         largest_multiplier: Largest modulus of its Floquet multipliers: 1 if it is stable.
         stability: "stable", or the kind of instability of the largest one, see
-            `nonlinear.stability`; empty if not known.
+            `time_domain.stability`; empty if not known.
         harmonics_error: Relative error of the frequency that is expected of N harmonics; nan where
             contact points carry mass.
         samples_error: The same of m samples.

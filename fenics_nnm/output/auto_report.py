@@ -6,10 +6,10 @@ import logging
 import math
 from typing import Any
 
-from fenics_nnm.auto import Choice
-from fenics_nnm.finer import needed
-from fenics_nnm.nonlinear.accuracy import SOURCES, Accuracy
-from fenics_nnm.nonlinear.branch import Branch
+from fenics_nnm.continuation.branch import Branch
+from fenics_nnm.resolution.accuracy import SOURCES, Accuracy
+from fenics_nnm.resolution.auto import Choice
+from fenics_nnm.resolution.finer import needed
 
 logger = logging.getLogger(__name__)
 

@@ -33,15 +33,15 @@ import h5py
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.errors import OutputError
-from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import journal
 from fenics_nnm.output.durable import replacing, write_whole
 from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
-from fenics_nnm.resolution import Resolution
+from fenics_nnm.resolution.resolution import Resolution
 
 FORMAT = "fenics_nnm branch 4"
 

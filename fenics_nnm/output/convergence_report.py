@@ -10,9 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from fenics_nnm.convergence import Convergence, Row
 from fenics_nnm.errors import OutputError
-from fenics_nnm.nonlinear.accuracy import SOURCES
+from fenics_nnm.resolution.accuracy import SOURCES
+from fenics_nnm.resolution.convergence import Convergence, Row
 
 #: Names of the three numbers, with their symbols.
 _NAMES = {"harmonics": "harmonics N", "samples": "samples m", "modes": "modes J"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.analysis import harmonic_balance, wanted_motions
-from fenics_nnm.nonlinear.outlook import outlook
+from fenics_nnm.continuation.outlook import outlook
 from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.study import Study
 

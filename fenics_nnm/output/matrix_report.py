@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.continuation import Branch
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study

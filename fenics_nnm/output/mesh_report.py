@@ -12,11 +12,11 @@ from mpi4py import MPI
 
 from fenics_nnm.analysis import harmonic_balance, model_in_contact
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study

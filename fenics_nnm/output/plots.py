@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.bifurcations import KINDS, Bifurcation
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
+from fenics_nnm.time_domain.bifurcations import KINDS, Bifurcation
+from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
 
 #: Marker, face colour and edge colour of the points of each status.
 _MARKERS = {

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Protocol
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.nonlinear.continuation import Branch
 from fenics_nnm.output.matrix_report import MatrixReport
 from fenics_nnm.output.mesh_report import MeshReport
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis

@@ -1,0 +1,305 @@
+"""One point of a branch: from the coarsest level to the finest at a given energy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.frequency_lift import FrequencyLift
+from fenics_nnm.continuation.levels import Guess, Level
+from fenics_nnm.nonlinear.newton import Newton, Solution
+from fenics_nnm.nonlinear.resonance import Resonance, strongest_resonance
+
+#: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
+GRAZING_GAMMA = 0.25
+
+#: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
+_COARSE_STEP = 0.1
+
+#: A motion with less than this part of the contact of the followed mode alone avoids it.
+_SMALLEST_CONTACT = 0.3
+
+#: A fall of that share from one point to the next by this much asks for a second look.
+SHARE_DROP = 0.02
+
+#: A motion with more than this part of the energy that marks a resonance is looked at twice.
+_SUSPECT = 0.6
+
+#: The slope of the coarsest level is that to an energy larger by this factor.
+_BESIDE = 1.02
+
+#: A motion whose followed mode, in its first harmonic, has less than this share of m^ has left it.
+_SMALLEST_SHARE = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    """Solutions of all levels at one place of a branch, None where a level has none.
+
+    Attributes:
+        place: Place along the branch: gamma ratio, or frequency ratio.
+        gamma_ratio: gamma over its value at grazing.
+        solutions: One entry a level, coarse to fine.
+        share: Share of the kinetic energy of the finest level in the first harmonic of the
+            followed mode; 0 without a solution. Internal resonances draw on it.
+        failure: Why the finest level has none; empty where it has one.
+        skipped: Internal resonance that was left for this motion, or nothing.
+        refused: A motion that the finest level ended with and that is not on the branch, or none.
+    """
+
+    place: float
+    gamma_ratio: float
+    solutions: tuple[Solution | None, ...]
+    share: float = 0.0
+    failure: str = ""
+    skipped: str = ""
+    refused: Solution | None = None
+
+    @property
+    def finest(self) -> Solution | None:
+        """Solution at the truncation that the study asks for."""
+        return self.solutions[-1]
+
+
+@dataclass(frozen=True, slots=True)
+class _Attempt:
+    """What a level gave: a solution, or why not, and the motion that was refused, if any."""
+
+    solution: Solution | None = None
+    failure: str = ""
+    refused: Solution | None = None
+
+
+@dataclass(slots=True)
+class Lift:
+    """Solves for points at given energies, level by level.
+
+    Attributes:
+        levels: Levels, coarse to fine.
+        mode: Index of the followed mode.
+        newton: Newton's configuration.
+    """
+
+    levels: tuple[Level, ...]
+    mode: int
+    newton: Newton
+    _coarse: dict[float, Solution] = field(default_factory=dict)
+    _alone: dict[float, Stack] = field(default_factory=dict)
+    _beside: dict[float, Stack] = field(default_factory=dict)
+
+    def at(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
+        """Solve at `gamma_ratio`, with the help of a neighbouring point where that is better.
+
+        Lifting at this energy alone finds the branch afresh; where it fails, or ends in an
+        internal resonance, motions of nearby frequencies and the levels of the neighbour guide
+        it. Of several motions the one that keeps most of its energy in the followed mode is taken.
+        An energy that is tried again, from another neighbour, keeps what does not depend on it.
+        """
+        if gamma_ratio not in self._alone:
+            self._alone[gamma_ratio] = self._lifted(gamma_ratio, None)
+        alone = self._alone[gamma_ratio]
+        if not self._doubtful(alone, neighbour):
+            return alone
+        if gamma_ratio not in self._beside:
+            self._beside[gamma_ratio] = self._through_frequency(alone)
+        found = [alone, self._beside[gamma_ratio]]
+        if neighbour is not None:
+            found.append(self._lifted(gamma_ratio, neighbour))
+        return self.best(found)
+
+    def best(self, found: Sequence[Stack]) -> Stack:
+        """Of several motions the one that keeps most of its energy in the followed mode.
+
+        Args:
+            found: Motions at one place. The strongest internal resonance among those that are
+                left is named.
+        """
+        best = max(found, key=lambda stack: stack.share)
+        if best.finest is None or self._resonance(best.finest).entered:
+            return best
+        left = [self._resonance(stack.finest) for stack in found if stack.finest is not None]
+        left = [resonance for resonance in left if resonance.entered]
+        left += [self._resonance(stack.refused) for stack in found if stack.refused is not None]
+        strongest = max(left, key=lambda resonance: resonance.share, default=None)
+        return replace(best, skipped=str(strongest)) if strongest else best
+
+    def restored(self, place: float, finest: Solution) -> Stack:
+        """A stack of which the finest motion alone is known."""
+        below = (None,) * (len(self.levels) - 1)
+        ratio = finest.energies.gamma / GRAZING_GAMMA
+        return Stack(place, ratio, (*below, finest), self.share(finest))
+
+    def _doubtful(self, stack: Stack, neighbour: Stack | None) -> bool:
+        """Whether a motion is missing, or may be inside an internal resonance."""
+        if stack.finest is None:
+            return True
+        if neighbour is not None and stack.share < neighbour.share - SHARE_DROP:
+            return True
+        return self._resonance(stack.finest).strength > _SUSPECT
+
+    def _resonance(self, finest: Solution) -> Resonance:
+        """The internal resonance that draws most energy from a finest motion."""
+        model, series = self.levels[-1].equations.model, self.levels[-1].equations.series
+        return strongest_resonance(model.omega, series, finest.q, finest.omega, mode=self.mode)
+
+    def _through_frequency(self, alone: Stack) -> Stack:
+        """The same levels with a finest motion found through motions of nearby frequencies."""
+        reduced = self.reduced
+        ratio, coarse = alone.gamma_ratio, alone.solutions[0]
+        beside = self.coarse(ratio * _BESIDE)
+        if ratio <= 1 or coarse is None or beside is None:
+            return alone
+        slope = (beside.omega - coarse.omega) / ((_BESIDE - 1) * ratio * GRAZING_GAMMA)
+        search = FrequencyLift(reduced, self.newton)
+        near = search.near(ratio * GRAZING_GAMMA, coarse, slope)
+        at = len(reduced) - 1
+        for index in range(at, len(self.levels)):
+            if near is None:
+                return alone
+            guess = Guess(self._moved(at, index, near.q), near.omega, near.forces.force)
+            near, at = self._solve(index, ratio, guess).solution, index
+        if near is None:
+            return alone
+        return Stack(ratio, ratio, (*alone.solutions[:-1], near), self.share(near))
+
+    def _lifted(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
+        solutions: list[Solution | None] = [self.coarse(gamma_ratio)]
+        attempt = _Attempt(
+            solutions[0], "" if solutions[0] else "the single-mode problem has no solution"
+        )
+        for index in range(1, len(self.levels)):
+            attempt = self._level(index, gamma_ratio, solutions, neighbour)
+            solutions.append(attempt.solution)
+        finest = attempt.solution
+        return Stack(
+            place=gamma_ratio,
+            gamma_ratio=gamma_ratio,
+            solutions=tuple(solutions),
+            share=self.share(finest) if finest else 0.0,
+            failure=attempt.failure,
+            refused=attempt.refused,
+        )
+
+    @property
+    def reduced(self) -> list[Level]:
+        """The levels with complementarity, coarse to fine."""
+        return [level for level in self.levels if level.complementary]
+
+    def share(self, finest: Solution) -> float:
+        """Share of the kinetic energy of a finest motion in the first harmonic of its mode."""
+        return self._share(self.levels[-1], finest)
+
+    def coarse(self, gamma_ratio: float) -> Solution | None:
+        """Solution of the coarsest level, reached in small steps from the nearest one known."""
+        if not self._coarse:
+            self._coarse[0.5] = self._linear_start(0.5)
+        at = min(self._coarse, key=lambda known: abs(known - gamma_ratio))
+        while at != gamma_ratio:
+            longest = _COARSE_STEP * max(1.0, at)
+            step = np.clip(gamma_ratio - at, -longest, longest)
+            following = gamma_ratio if abs(gamma_ratio - at) <= longest else float(at + step)
+            guess = _scaled(self._coarse[at], following / at)
+            solution = self._solve(0, following, guess).solution
+            if solution is None:
+                return None
+            self._coarse[following] = solution
+            at = following
+        return self._coarse[at]
+
+    def _linear_start(self, gamma_ratio: float) -> Solution:
+        level = self.levels[0]
+        q = np.zeros(level.equations.shape)
+        column = int(np.searchsorted(level.modes, self.mode))
+        q[1, column] = np.sqrt(gamma_ratio)
+        omega = float(level.equations.model.omega[column])
+        force = np.zeros((len(level.equations.series.phase), level.equations.model.points))
+        return level.solve(gamma_ratio * GRAZING_GAMMA, Guess(q, omega, force), self.newton)
+
+    def _level(
+        self,
+        index: int,
+        gamma_ratio: float,
+        below: list[Solution | None],
+        neighbour: Stack | None,
+    ) -> _Attempt:
+        attempt = _Attempt(failure="no level below has a solution")
+        for guess in self._guesses(index, below, gamma_ratio, neighbour):
+            attempt = self._solve(index, gamma_ratio, guess)
+            if attempt.solution is not None:
+                break
+        return attempt
+
+    def _guesses(
+        self, index: int, below: list[Solution | None], gamma_ratio: float, neighbour: Stack | None
+    ) -> Iterator[Guess]:
+        """Guesses for a level: beside the neighbour's solution, then from the level below."""
+        lower = next((i for i in reversed(range(index)) if below[i] is not None), None)
+        here = below[lower] if lower is not None else None
+        beside = neighbour.solutions[index] if neighbour else None
+        if neighbour is not None and beside is not None:
+            there = neighbour.solutions[lower] if lower is not None else None
+            if lower is not None and here is not None and there is not None:
+                change = self._moved(lower, index, here.q - there.q)
+                force = beside.forces.force + here.forces.force - there.forces.force
+                omega = beside.omega + here.omega - there.omega
+                yield Guess(beside.q + change, omega, np.maximum(force, 0.0))
+            yield _scaled(beside, gamma_ratio / neighbour.gamma_ratio)
+        if lower is not None and here is not None:
+            yield Guess(self._moved(lower, index, here.q), here.omega, here.forces.force)
+
+    def _moved(self, source: int, target: int, q: Array) -> Array:
+        return self.levels[target].restricted(self.levels[source].extended(q))
+
+    def _solve(self, index: int, gamma_ratio: float, guess: Guess) -> _Attempt:
+        level = self.levels[index]
+        try:
+            solution = level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+        except np.linalg.LinAlgError as error:
+            return _Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
+        if solution.failure:
+            return _Attempt(failure=solution.failure)
+        reason = self._not_on_branch(level, gamma_ratio, solution)
+        return _Attempt(failure=reason, refused=solution) if reason else _Attempt(solution)
+
+    def _not_on_branch(self, level: Level, gamma_ratio: float, solution: Solution) -> str:
+        """Why a converged motion is not on the branch of the followed mode; empty if it is."""
+        touching = self._contact_share(level, gamma_ratio, solution)
+        if touching < _SMALLEST_CONTACT:
+            return (
+                f"converged to a motion with {touching:.2g} of the contact that the followed mode "
+                "alone has at this energy: an internal resonance lets it avoid the obstacle"
+            )
+        share = self._share(level, solution)
+        if share < _SMALLEST_SHARE:
+            return (
+                f"converged to a motion that carries only {share:.0%} of its kinetic energy in the "
+                "first harmonic of the followed mode: another family (internal resonance)"
+            )
+        return ""
+
+    def _contact_share(self, level: Level, gamma_ratio: float, solution: Solution) -> float:
+        """Virial of the contact forces over that of the coarsest level; 1 where that has none."""
+        if level is self.levels[0] or gamma_ratio <= 1 + 1e-9:
+            return 1.0
+        alone = self.coarse(gamma_ratio)
+        reference = alone.energies.virial if alone else 0.0
+        found = solution.energies
+        if not reference:
+            return float(found.virial > 1e3 * self.newton.tolerance * found.stiffness)
+        return found.virial / reference
+
+    def _share(self, level: Level, solution: Solution) -> float:
+        """Share of the kinetic energy in the first harmonic of the followed mode."""
+        order = level.equations.series.order
+        mean_square = level.equations.series.mean_square
+        kinetic = (mean_square * order**2)[:, None] * solution.q**2
+        column = np.searchsorted(level.modes, self.mode)
+        return float(kinetic[order == 1, column].sum() / kinetic.sum())
+
+
+def _scaled(solution: Solution, factor: float) -> Guess:
+    """A solution at another energy: the same shape at `factor` times gamma."""
+    return Guess(solution.q * np.sqrt(factor), solution.omega, solution.forces.force)

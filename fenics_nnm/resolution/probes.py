@@ -1,0 +1,95 @@
+"""A few motions of a study, spread over its range, to judge its numbers by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_nnm.analysis import harmonic_balance, wanted_motions
+from fenics_nnm.continuation.follow import EnergyContinuation, FrequencyContinuation, follow
+from fenics_nnm.continuation.levels import HarmonicBalance
+from fenics_nnm.continuation.outlook import outlook
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
+from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.study import Study
+
+#: Number of energies. Their distance from grazing goes with the cube of their number, since the
+#: contact grows with the square root of that distance at first.
+_ENERGIES = 9
+
+#: Nearest to grazing, as a ratio: nearer there is next to no contact.
+_NEAREST = 1.001
+
+
+def probes(study: Study, model: ReducedModel, *, count: int = _ENERGIES) -> tuple[float, ...]:
+    """Gamma ratios of the probes, ascending; none for a branch that ends below grazing.
+
+    Args:
+        study: Study with all numbers.
+        model: Its reduced model, in SI units.
+        count: Number of probes.
+    """
+    wanted = wanted_motions(study)
+    start, stop = wanted.start, wanted.stop
+    if isinstance(wanted, FrequencyContinuation):
+        ahead = outlook(model, wanted, harmonic_balance(study), mode=study.mode.number - 1)
+        start, stop = np.interp([start, stop], ahead.frequency_ratio, ahead.gamma_ratio)
+    first = max(float(start), _NEAREST)
+    if stop <= first:
+        return ()
+    part = (np.arange(count) / (count - 1)) ** 3
+    return tuple(float(ratio) for ratio in first + (stop - first) * part)
+
+
+def probed(
+    study: Study, analysis: LinearAnalysis | MatrixAnalysis, ratios: Sequence[float]
+) -> tuple[BranchPoint, ...]:
+    """Points at some gamma ratios, where there are any, with all their expected errors.
+
+    Where contact points carry mass, the error of the series is the difference to a motion of
+    twice as many harmonics and samples.
+    """
+    if not ratios:
+        return ()
+    balance = harmonic_balance(study)
+    points = _points(study, analysis, balance, ratios)
+    if analysis.model.massless:
+        return points
+    finer = replace(balance, harmonics=2 * balance.harmonics, samples=2 * balance.samples)
+    true = {p.gamma_ratio: p.frequency for p in _points(study, analysis, finer, ratios)}
+    return tuple(
+        replace(point, harmonics_error=point.frequency / true[point.gamma_ratio] - 1)
+        for point in points
+        if point.gamma_ratio in true
+    )
+
+
+def solved(
+    study: Study, analysis: LinearAnalysis | MatrixAnalysis, ratios: Sequence[float]
+) -> tuple[BranchPoint, ...]:
+    """Points of a study at some gamma ratios, where there are any."""
+    return _points(study, analysis, harmonic_balance(study), ratios)
+
+
+def _points(
+    study: Study,
+    analysis: LinearAnalysis | MatrixAnalysis,
+    balance: HarmonicBalance,
+    ratios: Sequence[float],
+) -> tuple[BranchPoint, ...]:
+    ends = ratios[0], max(ratios[-1], 1.01 * ratios[0])
+    energies = EnergyContinuation(
+        *ends, step=ends[1] - ends[0], smallest_step=np.inf, report_at=tuple(ratios)
+    )
+    branch = follow(
+        analysis.model,
+        energies,
+        balance,
+        mode=study.mode.number - 1,
+        truncation=analysis.reduction.truncation,
+    )
+    return tuple(point for point in branch.points if point.gamma_ratio in ratios)

@@ -1,0 +1,1 @@
+"""Motion in time of a reduced model: exact flow, shooting, stability, and what they prove."""

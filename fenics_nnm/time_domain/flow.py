@@ -1,0 +1,183 @@
+"""Motion of a reduced model in time, exact but for round-off.
+
+Between changes of contact the motion is linear; the instants of change are found by root finding.
+The vector field is continuous, so nothing jumps at a change: the derivative of the flow is the
+product of those of the linear stages, and the small error of an instant enters the state squared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.contact_law import Complementarity
+from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain.linear_stage import LinearStage, StageMotion
+
+#: The points in contact after a change are those a moment later: this over the highest frequency.
+#: Changes that lie closer together count as one; the state is in error by the square of it.
+_MOMENT = 1e-9
+
+#: Stages that are kept; they are all forgotten when there are more.
+_STAGES_KEPT = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """What a motion came to.
+
+    Attributes:
+        q: Modal coordinates at the end in kg^1/2 m, shape (J,).
+        velocity: Their velocities, shape (J,).
+        changes: How often the set of points in contact changed.
+        contact_time: Time with contact at some point in s.
+        q_at: Coordinates at the wanted times, shape (len(times), J); nan after a failure.
+        velocity_at: Velocities there.
+        transition: Derivative of the final (q, velocity) by the first, shape (2 J, 2 J), if wanted.
+        failure: Empty, or why the motion was not followed to the end.
+    """
+
+    q: Array
+    velocity: Array
+    changes: int
+    contact_time: float
+    q_at: Array
+    velocity_at: Array
+    transition: Array | None = None
+    failure: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """The flow of a model with massless contact points; it keeps the linear stages that it met.
+
+    Attributes:
+        model: Reduced model, R > 0.
+        most_changes: A motion with more changes of contact than this is given up.
+
+    Raises:
+        ModelError: if contact points carry mass: what follows an impact is then not defined.
+    """
+
+    model: ReducedModel
+    most_changes: int = 20_000
+    _law: Complementarity = field(init=False, repr=False, compare=False)
+    _moment: float = field(init=False, repr=False, compare=False)
+    _stages: dict[bytes, LinearStage] = field(
+        init=False, repr=False, compare=False, default_factory=dict
+    )
+
+    def __post_init__(self) -> None:
+        if not self.model.massless:
+            raise ModelError("the motion in time needs contact points without mass: R is singular")
+        object.__setattr__(self, "_law", Complementarity(self.model.R, self.model.gap))
+        all_closed = LinearStage.of(self.model, np.ones(self.model.points, dtype=bool))
+        object.__setattr__(self, "_moment", _MOMENT / float(all_closed.nu[-1]))
+
+    def run(
+        self,
+        q: Array,
+        velocity: Array,
+        span: float,
+        *,
+        times: Array | None = None,
+        transition: bool = False,
+    ) -> Trajectory:
+        """Follow the motion from a state for a time.
+
+        Args:
+            q: Modal coordinates, shape (J,).
+            velocity: Their velocities, shape (J,).
+            span: Time in s, not negative.
+            times: Ascending times from 0 to `span` at which the state is wanted.
+            transition: Whether the derivative of the final state by the first is wanted.
+        """
+        wanted = np.empty(0) if times is None else np.asarray(times)
+        record = _Record(wanted, self.model.modes, transition=transition)
+        if not np.all(np.isfinite([*q, *velocity, span])):
+            return record.trajectory(q, velocity, 0, "the state to start from is not finite")
+        clock = 0.0
+        for changes in range(self.most_changes + 1):
+            stage = self._stage_after(q, velocity)
+            motion = stage.motion(q, velocity)
+            duration = motion.end(2 * self._moment, span - clock)
+            record.note(motion, clock, duration)
+            ends = motion.states(np.array([duration]))
+            q, velocity = ends[0][0], ends[1][0]
+            clock += duration
+            if clock >= span:
+                return record.trajectory(q, velocity, changes, "")
+        return record.trajectory(
+            q,
+            velocity,
+            self.most_changes,
+            f"more than {self.most_changes} changes of contact in {clock:.3g} of {span:.3g} s",
+        )
+
+    def forces(self, q: Array) -> Array:
+        """Contact forces in N at states of shape (s, J), shape (s, n_c)."""
+        return self._law(q @ self.model.Phi.T).force
+
+    def acceleration(self, q: Array) -> Array:
+        """Acceleration -omega^2 q - Phi^T lambda(q), shape (J,)."""
+        return -self.energy_gradient(q)
+
+    def energy_gradient(self, q: Array) -> Array:
+        """Derivative of the energy by q: omega^2 q + Phi^T lambda(q), shape (J,)."""
+        return np.asarray(self.model.omega**2 * q + self.forces(q[None])[0] @ self.model.Phi)
+
+    def energy(self, q: Array, velocity: Array) -> float:
+        """Total energy in J: (q'^2 + (omega q)^2 + lambda^T R lambda) / 2, constant in time."""
+        force = self.forces(q[None])[0]
+        modal = velocity @ velocity + np.sum((self.model.omega * q) ** 2)
+        return float(modal + force @ self.model.R @ force) / 2
+
+    def _stage_after(self, q: Array, velocity: Array) -> LinearStage:
+        """The stage that a state is about to be in."""
+        soon = self.model.Phi @ (q + self._moment * velocity)
+        active = self._law(soon[None]).force[0] > 0
+        key = active.tobytes()
+        if key not in self._stages:
+            if len(self._stages) >= _STAGES_KEPT:
+                self._stages.clear()
+            self._stages[key] = LinearStage.of(self.model, active)
+        return self._stages[key]
+
+
+class _Record:
+    """What is wanted of a motion, collected stage by stage."""
+
+    def __init__(self, times: Array, modes: int, *, transition: bool) -> None:
+        self._times = times
+        self._q = np.full((len(times), modes), np.nan)
+        self._velocity = np.full((len(times), modes), np.nan)
+        self._transition: Array | None = np.eye(2 * modes) if transition else None
+        self._contact_time = 0.0
+
+    def note(self, motion: StageMotion, clock: float, duration: float) -> None:
+        """Take what lies between `clock` and `duration` later."""
+        first = np.searchsorted(self._times, clock)
+        last = np.searchsorted(self._times, clock + duration, side="right")
+        if last > first:
+            chosen = slice(first, last)
+            states = motion.states(self._times[chosen] - clock)
+            self._q[chosen], self._velocity[chosen] = states
+        if self._transition is not None:
+            self._transition = motion.stage.carried(self._transition, duration)
+        self._contact_time += duration * motion.stage.contact
+
+    def trajectory(self, q: Array, velocity: Array, changes: int, failure: str) -> Trajectory:
+        """The result, with the final state."""
+        return Trajectory(
+            q=q,
+            velocity=velocity,
+            changes=changes,
+            contact_time=self._contact_time,
+            q_at=self._q,
+            velocity_at=self._velocity,
+            transition=self._transition,
+            failure=failure,
+        )

@@ -41,6 +41,7 @@ verify:
 	$(RUN) python3 demos/plate/plate.py
 	$(RUN) python3 demos/rotor37/mesh_study.py
 	$(RUN) python3 demos/rotor37/reduction_study.py
+	$(RUN) python3 demos/rotor37/certificate.py
 	$(RUN) python3 tests/random_studies.py --count 200
 
 lint:

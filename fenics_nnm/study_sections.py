@@ -199,8 +199,8 @@ class ReductionSection(Record):
     )
     modes: Count | Auto = Field(
         40,
-        description="positive number of free modes, of fixed-interface modes, or of explicit "
-        'modes; or "auto"',
+        description="a positive integer, the number of free, fixed-interface or explicit modes, "
+        'or "auto"',
     )
     interface: Literal["all", "contact"] | None = Field(
         None, description='retained directions of craig-bampton: "all" (default) or "contact"'
@@ -255,9 +255,9 @@ class ModeSection(Record):
     harmonic: Count = Field(
         1, description="harmonic that the linear mode is written in at first, from 1"
     )
-    harmonics: Count | Auto = Field(10, description='positive number of harmonics, N, or "auto"')
+    harmonics: Count | Auto = Field(10, description='a positive integer, N, or "auto"')
     samples: Count | Auto = Field(
-        128, description='time samples of a period, at least 2 N + 1, or "auto"'
+        128, description='an integer, time samples of a period, at least 2 N + 1, or "auto"'
     )
     tolerance: Annotated[float, Field(gt=0, lt=0.1)] | None = Field(
         None, description='relative error of the frequency that "auto" meets, below 0.1'

@@ -57,5 +57,4 @@ assert np.median(unmarked) < 1e-3
 assert len(marked) <= (len(unmarked) + len(marked)) / 4
 
 # %%
-run(50, 2, 0.1, gap=3e-3)
-run(200, 1, 0.1)
+run(50, 2, 0.5, gap=3e-3)

@@ -11,7 +11,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.frequency_lift import FrequencyLift
 from fenics_nnm.nonlinear.levels import Guess, Level
 from fenics_nnm.nonlinear.newton import Newton, Solution
-from fenics_nnm.nonlinear.resonance import INSIDE, Resonance, strongest_resonance
+from fenics_nnm.nonlinear.resonance import Resonance, strongest_resonance
 
 #: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
 GRAZING_GAMMA = 0.25
@@ -25,8 +25,8 @@ _SMALLEST_CONTACT = 0.3
 #: A fall of that share from one point to the next by this much asks for a second look.
 SHARE_DROP = 0.02
 
-#: A motion with more than this share of its energy in one resonance is looked at twice.
-_SUSPECT = 0.015
+#: A motion with more than this part of the energy that marks a resonance is looked at twice.
+_SUSPECT = 0.6
 
 #: The slope of the coarsest level is that to an energy larger by this factor.
 _BESIDE = 1.02
@@ -118,10 +118,10 @@ class Lift:
                 left is named.
         """
         best = max(found, key=lambda stack: stack.share)
-        if best.finest is None or self._resonance(best.finest).share > INSIDE:
+        if best.finest is None or self._resonance(best.finest).entered:
             return best
         left = [self._resonance(stack.finest) for stack in found if stack.finest is not None]
-        left = [resonance for resonance in left if resonance.share > INSIDE]
+        left = [resonance for resonance in left if resonance.entered]
         left += [self._resonance(stack.refused) for stack in found if stack.refused is not None]
         strongest = max(left, key=lambda resonance: resonance.share, default=None)
         return replace(best, skipped=str(strongest)) if strongest else best
@@ -138,7 +138,7 @@ class Lift:
             return True
         if neighbour is not None and stack.share < neighbour.share - SHARE_DROP:
             return True
-        return self._resonance(stack.finest).share > _SUSPECT
+        return self._resonance(stack.finest).strength > _SUSPECT
 
     def _resonance(self, finest: Solution) -> Resonance:
         """The internal resonance that draws most energy from a finest motion."""

@@ -15,8 +15,9 @@ _DETUNING = 0.02
 #: A resonance this far below the linear frequency is named: a branch may begin beside it.
 _BELOW = 0.05
 
-#: A motion with more than this share of its kinetic energy in one resonance is inside it.
-INSIDE = 0.025
+#: A motion with more than this share of its kinetic energy in one resonance is inside it. Beyond
+#: a harmonic less will do, by the square of n as the shares of a force that jumps fall.
+_INSIDE, _HIGH_HARMONIC = 0.025, 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,17 @@ class Resonance:
     mode: int
     harmonic: int
     share: float
+
+    @property
+    def strength(self) -> float:
+        """Share over that of a motion that is inside the resonance."""
+        inside = _INSIDE * min(1.0, (_HIGH_HARMONIC / max(self.harmonic, 1)) ** 2)
+        return self.share / inside
+
+    @property
+    def entered(self) -> bool:
+        """Whether the motion is inside it."""
+        return self.strength > 1
 
     def __str__(self) -> str:
         return f"mode {self.mode + 1} in harmonic {self.harmonic}"

@@ -31,7 +31,7 @@ from fenics_nnm.nonlinear.flow import Flow
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.periodicity import UNKNOWN_RETURN, Return, returned
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.resonance import INSIDE, strongest_resonance
+from fenics_nnm.nonlinear.resonance import strongest_resonance
 from fenics_nnm.reduction.model import ReducedModel
 
 #: Status of a point, from the best to the worst.
@@ -134,7 +134,7 @@ def internal_resonance(
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
     omega = 2 * np.pi * point.frequency
     found = strongest_resonance(model.omega, series, point.q, omega, mode=mode, harmonic=harmonic)
-    return str(found) if found.share > INSIDE else ""
+    return str(found) if found.entered else ""
 
 
 def _judged(

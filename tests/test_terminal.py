@@ -49,6 +49,7 @@ POINT = BranchPoint(
     resonance="",
     skipped="",
     event="",
+    slope_ratio=0.5,
     return_error=0.5,
     return_error_10=1.0,
     energy_drift=0.0,

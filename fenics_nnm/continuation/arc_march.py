@@ -178,7 +178,10 @@ class ArcMarch:
         whole = replace(solution, q=solution.q[:, :modes])
         if self.points and self.points[-1].position == position:  # an event at the end of a step
             event = self.points.pop().event or event
-        point = self.maker.point(position, aimed[0] if aimed else ratio, whole, event=event)
+        slope = self.lift.slope_ratio(whole) if self.wanted.harmonic == 1 else float("nan")
+        point = self.maker.point(
+            position, aimed[0] if aimed else ratio, whole, event=event, slope_ratio=slope
+        )
         self.on_point(point)
         self.points.append(point)
 

@@ -94,7 +94,13 @@ class FrequencySweep:
             return self._missing(place, "no motion of this frequency with contact was found")
         below = (coarse, *(None,) * (len(self.lift.levels) - 2), finest)
         ratio = finest.energies.gamma / GRAZING_GAMMA
-        return Stack(place, ratio, below[-len(self.lift.levels) :], self.lift.share(finest))
+        return Stack(
+            place=place,
+            gamma_ratio=ratio,
+            solutions=below[-len(self.lift.levels) :],
+            share=self.lift.share(finest),
+            slope_ratio=self.lift.slope_ratio(finest),
+        )
 
     def _on_full_order(self, level: Level, omega: float, below: Solution) -> Solution | None:
         guess = Guess(below.q, omega, below.forces.force)

@@ -11,7 +11,8 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
 from fenics_nnm.nonlinear.newton import Newton, Solution
-from fenics_nnm.nonlinear.resonance import Resonance, strongest_resonance
+from fenics_nnm.nonlinear.resonance import STILL, Resonance, strongest_resonance
+from fenics_nnm.nonlinear.slope import frequency_slope
 
 #: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
 GRAZING_GAMMA = 0.25
@@ -47,6 +48,7 @@ class Stack:
             followed mode; 0 without a solution. Internal resonances draw on it.
         failure: Why the finest level has none; empty where it has one.
         skipped: Internal resonance that was left for this motion, or nothing.
+        slope_ratio: d omega / d gamma of the finest motion over that of the followed mode alone.
         refused: A motion that the finest level ended with and that is not on the branch, or none.
     """
 
@@ -56,6 +58,7 @@ class Stack:
     share: float = 0.0
     failure: str = ""
     skipped: str = ""
+    slope_ratio: float = float("nan")
     refused: Solution | None = None
 
     @property
@@ -138,7 +141,18 @@ class Lift:
             return True
         if neighbour is not None and stack.share < neighbour.share - SHARE_DROP:
             return True
-        return self._resonance(stack.finest).strength > _SUSPECT
+        return self._resonance(stack.finest).strength > _SUSPECT or stack.slope_ratio < STILL
+
+    def slope_ratio(self, finest: Solution) -> float:
+        """Slope d omega / d gamma of a finest motion over that of the mode alone, or nan."""
+        ratio = finest.energies.gamma / GRAZING_GAMMA
+        alone = self.coarse(ratio) if ratio > 1 else None
+        if alone is None:
+            return float("nan")
+        slope = frequency_slope(self.levels[0].equations, alone)
+        if not slope > 0:
+            return float("nan")
+        return frequency_slope(self.levels[-1].equations, finest) / slope
 
     def _resonance(self, finest: Solution) -> Resonance:
         """The internal resonance that draws most energy from a finest motion."""
@@ -163,7 +177,13 @@ class Lift:
             near, at = self._solve(index, ratio, guess).solution, index
         if near is None:
             return alone
-        return Stack(ratio, ratio, (*alone.solutions[:-1], near), self.share(near))
+        return Stack(
+            place=ratio,
+            gamma_ratio=ratio,
+            solutions=(*alone.solutions[:-1], near),
+            share=self.share(near),
+            slope_ratio=self.slope_ratio(near),
+        )
 
     def _lifted(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
         solutions: list[Solution | None] = [self.coarse(gamma_ratio)]
@@ -179,6 +199,7 @@ class Lift:
             gamma_ratio=gamma_ratio,
             solutions=tuple(solutions),
             share=self.share(finest) if finest else 0.0,
+            slope_ratio=self.slope_ratio(finest) if finest else float("nan"),
             failure=attempt.failure,
             refused=attempt.refused,
         )

@@ -134,7 +134,11 @@ class March:
         """Make a point of a stack, and keep both."""
         assert stack.finest is not None
         point = self.maker.point(
-            stack.place, stack.gamma_ratio, stack.finest, skipped=stack.skipped
+            stack.place,
+            stack.gamma_ratio,
+            stack.finest,
+            skipped=stack.skipped,
+            slope_ratio=stack.slope_ratio,
         )
         self.on_point(point)
         self.stacks[stack.place] = stack

@@ -54,6 +54,9 @@ class BranchPoint:
         resonance: Mode and harmonic of an internal resonance, or nothing.
         skipped: Mode and harmonic of an internal resonance that hid the main branch at this
             place, and was left; or nothing.
+        slope_ratio: d omega / d gamma over that of the followed mode alone; below 0.1 the
+            frequency stands still while energy flows into other modes. nan below grazing, and
+            where it is not known.
         event: What the branch does there, found by its length: "fold in gamma", "fold in omega",
             "branch point", or nothing.
         return_error: Distance of the state after one period of time integration from its start,
@@ -101,6 +104,7 @@ class BranchPoint:
     resonance: str
     skipped: str
     event: str
+    slope_ratio: float
     return_error: float
     return_error_10: float
     energy_drift: float
@@ -143,6 +147,7 @@ class PointMaker:
         *,
         skipped: str = "",
         event: str = "",
+        slope_ratio: float = float("nan"),
     ) -> BranchPoint:
         """The point that belongs to a converged solution.
 
@@ -152,6 +157,7 @@ class PointMaker:
             solution: Solution of the finest level.
             skipped: Internal resonance that was left for it.
             event: What the branch does there.
+            slope_ratio: d omega / d gamma over that of the followed mode alone.
         """
         energies, error = solution.energies, self.error(solution)
         series = self.series_error(solution)
@@ -181,6 +187,7 @@ class PointMaker:
             resonance="",
             skipped=skipped,
             event=event,
+            slope_ratio=slope_ratio,
             return_error=nan,
             return_error_10=nan,
             energy_drift=nan,

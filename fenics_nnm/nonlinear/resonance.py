@@ -20,6 +20,14 @@ _BELOW = 0.05
 _INSIDE, _HIGH_HARMONIC = 0.025, 20
 
 
+#: With less than this part of the slope d omega / d gamma of the followed mode alone the frequency
+#: stands still, and energy flows into whatever else has more than `_INSIDE` of it.
+STILL = 0.1
+
+#: What takes energy where the frequency stands still, and no resonance is near enough to be named.
+UNNAMED = "other modes"
+
+
 @dataclass(frozen=True, slots=True)
 class Resonance:
     """The mode and harmonic that draw most energy from a motion in resonance.
@@ -72,13 +80,38 @@ def strongest_resonance(
         harmonic: Its harmonic, in which its energy does not count.
     """
     order = series.order
-    kinetic = (series.mean_square * order**2)[:, None] * q**2
+    kinetic = _kinetic(series, q)
     total = float(kinetic.sum())
     kinetic[np.ix_(order == harmonic, [mode])] = 0.0
     near = np.abs(natural / (np.maximum(order, 1)[:, None] * omega) - 1) < _DETUNING
     kinetic[~near] = 0.0
     row, column = np.unravel_index(int(np.argmax(kinetic)), kinetic.shape)
     return Resonance(int(column), int(order[row]), float(kinetic[row, column] / total))
+
+
+def stands_still(
+    series: Series, q: Array, slope_ratio: float, *, mode: int, harmonic: int = 1
+) -> bool:
+    """Whether the frequency stands still while energy flows into other modes: a tongue.
+
+    Args:
+        series: Series in time.
+        q: Coefficients of the motion, shape (N + 1, J).
+        slope_ratio: d omega / d gamma over that of the followed mode alone; nan if unknown.
+        mode: Index of the followed mode.
+        harmonic: Its harmonic.
+    """
+    if not slope_ratio < STILL:
+        return False
+    kinetic = _kinetic(series, q)
+    total = float(kinetic.sum())
+    kinetic[np.ix_(series.order == harmonic, [mode])] = 0.0
+    return float(kinetic.max()) > _INSIDE * total
+
+
+def _kinetic(series: Series, q: Array) -> Array:
+    """Kinetic energy by coefficient, in units of omega^2 / 2."""
+    return np.asarray((series.mean_square * series.order**2)[:, None] * q**2)
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,6 +41,7 @@ COLUMNS = {
     "shot_return_error": "shot_return_error",
     "stability": "stability",
     "reason": "reason",
+    "slope_ratio": "slope_ratio",
 }
 
 #: Errors below this are round-off, and printed as zero.
@@ -62,7 +63,7 @@ _ROUND_OFF = dict.fromkeys(
 
 #: Digits of what is known to fewer than ten.
 _DIGITS = {
-    **dict.fromkeys((*_ROUND_OFF, "error_remainder"), 4),
+    **dict.fromkeys((*_ROUND_OFF, "error_remainder", "slope_ratio"), 4),
     "shot_frequency": 9,
     "largest_multiplier": 7,
     "shot_return_error": 2,

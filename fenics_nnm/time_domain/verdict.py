@@ -27,7 +27,7 @@ import numpy as np
 
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.resonance import strongest_resonance
+from fenics_nnm.nonlinear.resonance import UNNAMED, stands_still, strongest_resonance
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.time_domain.bifurcations import Bifurcations, Witness, bifurcations
 from fenics_nnm.time_domain.certificate import certified, of_linear_mode
@@ -134,7 +134,10 @@ def internal_resonance(
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
     omega = 2 * np.pi * point.frequency
     found = strongest_resonance(model.omega, series, point.q, omega, mode=mode, harmonic=harmonic)
-    return str(found) if found.entered else ""
+    if found.entered:
+        return str(found)
+    still = stands_still(series, point.q, point.slope_ratio, mode=mode, harmonic=harmonic)
+    return UNNAMED if still else ""
 
 
 def _judged(

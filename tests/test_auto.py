@@ -221,7 +221,7 @@ def test_search_stops_at_its_limits() -> None:
             ("mode.tolerance = 0.5", "less than 0.1"),
         ),
         ({"mode": {"harmonics": "automatic"}}, ('mode.harmonics = "automatic"', '"auto"')),
-        ({"mode": {"harmonics": 0}}, ("mode.harmonics = 0", "positive number", '"auto"')),
+        ({"mode": {"harmonics": 0}}, ("mode.harmonics = 0", "a positive integer", '"auto"')),
         (
             {"reduction": {"method": "none", "modes": "auto"}},
             ('modes = "auto"', "full order", "explicit"),

@@ -157,7 +157,7 @@ class Lift:
     def _resonance(self, finest: Solution) -> Resonance:
         """The internal resonance that draws most energy from a finest motion."""
         model, series = self.levels[-1].equations.model, self.levels[-1].equations.series
-        return strongest_resonance(model.omega, series, finest.q, finest.omega, mode=self.mode)
+        return strongest_resonance(model, series, finest.q, finest.omega, mode=self.mode)
 
     def _through_frequency(self, alone: Stack) -> Stack:
         """The same levels with a finest motion found through motions of nearby frequencies."""

@@ -8,9 +8,12 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.fourier import Series
+from fenics_nnm.reduction.model import ReducedModel
 
-#: omega_j and n omega meet within this part.
-_DETUNING = 0.02
+#: omega_j and n omega meet within this part, or within a part of the most by which contact can
+#: raise the frequency of the followed mode: n omega passes many omega_j far from resonance where
+#: that is little.
+_DETUNING, _OF_RANGE = 0.02, 0.06
 
 #: A resonance this far below the linear frequency is named: a branch may begin beside it.
 _BELOW = 0.05
@@ -58,7 +61,7 @@ class Resonance:
 
 
 def strongest_resonance(
-    natural: Array,
+    model: ReducedModel,
     series: Series,
     q: Array,
     omega: float,
@@ -72,7 +75,7 @@ def strongest_resonance(
     that of the main branch.
 
     Args:
-        natural: Natural frequencies, in the unit of omega, shape (J,).
+        model: Reduced model, with frequencies in the unit of omega.
         series: Series in time.
         q: Coefficients of the motion, shape (N + 1, J).
         omega: Frequency of the motion.
@@ -83,10 +86,25 @@ def strongest_resonance(
     kinetic = _kinetic(series, q)
     total = float(kinetic.sum())
     kinetic[np.ix_(order == harmonic, [mode])] = 0.0
-    near = np.abs(natural / (np.maximum(order, 1)[:, None] * omega) - 1) < _DETUNING
+    detuned = np.abs(model.omega / (np.maximum(order, 1)[:, None] * omega) - 1)
+    near = detuned < _detuning(model, mode)
     kinetic[~near] = 0.0
     row, column = np.unravel_index(int(np.argmax(kinetic)), kinetic.shape)
     return Resonance(int(column), int(order[row]), float(kinetic[row, column] / total))
+
+
+def _detuning(model: ReducedModel, mode: int) -> float:
+    """Largest distance of omega_j from n omega in a resonance, relative.
+
+    The followed mode alone, with all contact points closed for half of its motion, is a bilinear
+    oscillator without a gap: its frequency does not depend on energy, and no motion goes beyond.
+    """
+    alone = model.with_modes(np.array([mode]))
+    if not alone.massless:
+        return _DETUNING
+    stiffness = float(alone.Phi[:, 0] @ np.linalg.solve(alone.R, alone.Phi[:, 0]))
+    highest = 2 / (1 + (1 + stiffness / float(alone.omega[0]) ** 2) ** -0.5)
+    return min(_DETUNING, _OF_RANGE * (highest - 1))
 
 
 def stands_still(

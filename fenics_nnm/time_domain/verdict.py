@@ -133,7 +133,7 @@ def internal_resonance(
 ) -> str:
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
     omega = 2 * np.pi * point.frequency
-    found = strongest_resonance(model.omega, series, point.q, omega, mode=mode, harmonic=harmonic)
+    found = strongest_resonance(model, series, point.q, omega, mode=mode, harmonic=harmonic)
     if found.entered:
         return str(found)
     still = stands_still(series, point.q, point.slope_ratio, mode=mode, harmonic=harmonic)

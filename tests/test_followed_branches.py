@@ -90,8 +90,9 @@ def test_tongue_is_followed_and_told(tongue: None, study_file: StudyFile, comman
     summary = json.loads(Path("out/summary.json").read_text())
     kinds = [event["kind"] for event in summary["events"]]
     assert kinds.count("fold in gamma") >= 2
-    (resonance,) = summary["internal_resonances"]
-    assert resonance["name"] == "mode 2 in harmonic 3"
+    # far into it 3 omega is not near omega_2 any more, but the frequency stands still
+    names = {resonance["name"] for resonance in summary["internal_resonances"]}
+    assert names == {"mode 2 in harmonic 3", "other modes"}
     assert summary["reason"] == "reached gamma_ratio 10"
     with Path("out/backbone.csv").open() as file:
         rows = list(csv.DictReader(file))

@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.nonlinear.resonance import UNNAMED
 from fenics_nnm.nonlinear.series_error import HOLDS
 
 #: Sources of error, in the order of the columns of `_sizes`.
@@ -26,11 +27,11 @@ _LEFT_OUT = 10
 class Accuracy:
     """Expected relative errors of the frequency over a branch, at the same gamma.
 
-    Points inside an internal resonance do not count. Where the linearised steps behind the errors
-    hold at all other points, these are the errors of the worst point. Where they do not hold
-    everywhere, there are internal resonances among the harmonics that the series lacks; then these
-    are the errors of the median, or of the worst point whose step holds, one in ten left out and
-    at least one, where that misses the tolerance by a factor above 3.
+    Points inside an internal resonance that has a name do not count. Where the linearised steps
+    behind the errors hold at all other points, these are the errors of the worst point. Where they
+    do not hold everywhere, there are internal resonances among the harmonics that the series lacks;
+    then these are the errors of the median, or of the worst point whose step holds, one in ten left
+    out and at least one, where that misses the tolerance by a factor above 3.
 
     Attributes:
         harmonics: Error from N.
@@ -75,7 +76,7 @@ def accuracy(
         samples_factor: Factor on the error of the samples, whose size and sign vary from energy to
             energy, for points that stand for others between them.
     """
-    counted = [p for p in points if not p.resonance] or list(points)
+    counted = [p for p in points if p.resonance in ("", UNNAMED)] or list(points)
     if not counted:
         return Accuracy(0.0, 0.0, 0.0, float("nan"))
     sizes = np.array([_sizes(point) for point in counted])

@@ -16,7 +16,6 @@ from fenics_nnm.continuation.step_test import Continuity
 from fenics_nnm.continuation.targets import ArcContinuation, Begin
 from fenics_nnm.continuation.trace import Trace, trace
 from fenics_nnm.continuation.trace_options import Heading, Range
-from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.full_order import Equations, FullOrderEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, Unknowns
 from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
@@ -55,11 +54,7 @@ class ArcMarch:
     reason: str = ""
 
     def __post_init__(self) -> None:
-        if any(level.multipliers is not None for level in self.lift.levels):
-            raise ModelError(
-                "continuation by arc-length needs contact points without mass: "
-                'reduction.method = "massless", or "none" with complementarity'
-            )
+        self.lift.assert_without_multipliers("continuation by arc-length")
 
     def run(self, known: Sequence[BranchPoint], on_progress: Callable[[float], None]) -> None:
         """Follow the branch, on from known points or from its beginning.
@@ -115,11 +110,7 @@ class ArcMarch:
     def _goes_on(self, problem: Problem) -> tuple[Solution, Unknowns]:
         """The last point, and the way that led there."""
         before, last = (self.maker.solution(point) for point in self.points[-2:])
-        solution = self._at_energy_of(problem, last)
-        way = Unknowns(
-            _stacked(problem, last) - _stacked(problem, before), last.omega - before.omega
-        )
-        return solution, way
+        return self._at_energy_of(problem, last), _way(problem, before, last)
 
     def _beginning(self, problem: Problem) -> tuple[Solution, Heading | Unknowns] | None:
         """Where the branch begins, and which way it goes; None if there is no motion."""
@@ -150,10 +141,7 @@ class ArcMarch:
         if begin.along is None:
             return found, Heading.GAMMA_DOWN if begin.downwards else Heading.GAMMA_UP
         before, after = (self.maker.solution(point) for point in begin.along)
-        along = Unknowns(
-            _stacked(problem, after) - _stacked(problem, before), after.omega - before.omega
-        )
-        event = branch_point_at(problem, found, along)
+        event = branch_point_at(problem, found, _way(problem, before, after))
         first, second = switched(problem, event)
         side = second if begin.downwards else first
         if side is None:
@@ -217,6 +205,12 @@ def arc_problem(level: Level, newton: Newton) -> Problem:
         return last[0]
 
     return Problem(about, newton)
+
+
+def _way(problem: Problem, first: Solution, second: Solution) -> Unknowns:
+    """The way from a motion to another one."""
+    change = _stacked(problem, second) - _stacked(problem, first)
+    return Unknowns(change, second.omega - first.omega)
 
 
 def _stacked(problem: Problem, solution: Solution) -> Array:

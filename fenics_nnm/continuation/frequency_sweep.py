@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
 from fenics_nnm.continuation.lift import GRAZING_GAMMA, Lift, Stack
-from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.newton import FixedFrequency, Solution
 
 #: The single-mode motion of a frequency is sought up to this gamma ratio, by steps of this factor.
@@ -37,11 +36,7 @@ class FrequencySweep:
     lift: Lift
 
     def __post_init__(self) -> None:
-        if any(level.multipliers is not None for level in self.lift.levels):
-            raise ModelError(
-                "continuation in frequency needs contact points without mass: "
-                'reduction.method = "massless", or "none" with complementarity'
-            )
+        self.lift.assert_without_multipliers("continuation in frequency")
 
     def at(self, place: float, neighbour: Stack | None) -> Stack:
         """Solve at frequency ratio `place`; of several motions as `Lift.at` chooses."""

@@ -10,6 +10,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
+from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.newton import Newton, Solution
 from fenics_nnm.nonlinear.resonance import STILL, Resonance, strongest_resonance
 from fenics_nnm.nonlinear.slope import frequency_slope
@@ -112,6 +113,18 @@ class Lift:
         if neighbour is not None:
             found.append(self._lifted(gamma_ratio, neighbour))
         return self.best(found)
+
+    def assert_without_multipliers(self, what: str) -> None:
+        """Refuse what multipliers, which are found at fixed energy, cannot do.
+
+        Raises:
+            ModelError: if contact points carry mass.
+        """
+        if any(level.multipliers is not None for level in self.levels):
+            raise ModelError(
+                f"{what} needs contact points without mass: "
+                'reduction.method = "massless", or "none" with complementarity'
+            )
 
     def best(self, found: Sequence[Stack]) -> Stack:
         """Of several motions the one that keeps most of its energy in the followed mode.

@@ -36,10 +36,7 @@ class EnergyContinuation:
     newton: Newton = field(default_factory=lambda: _NEWTON)
 
     def __post_init__(self) -> None:
-        if not 0 < self.start < self.stop:
-            raise ModelError(
-                f"energies from {self.start:g} to {self.stop:g}: must be 0 < from < to"
-            )
+        _assert_ascending(self.start, self.stop)
         outside = [ratio for ratio in self.report_at if not self.start <= ratio <= self.stop]
         if outside:
             raise ModelError(
@@ -135,10 +132,7 @@ class ArcContinuation:
     newton: Newton = field(default_factory=lambda: _NEWTON)
 
     def __post_init__(self) -> None:
-        if not 0 < self.start < self.stop:
-            raise ModelError(
-                f"energies from {self.start:g} to {self.stop:g}: must be 0 < from < to"
-            )
+        _assert_ascending(self.start, self.stop)
 
     @property
     def name(self) -> str:
@@ -154,6 +148,11 @@ class ArcContinuation:
 
 Continuation = EnergyContinuation | FrequencyContinuation | ArcContinuation
 """Which motions of a branch are wanted."""
+
+
+def _assert_ascending(start: float, stop: float) -> None:
+    if not 0 < start < stop:
+        raise ModelError(f"energies from {start:g} to {stop:g}: must be 0 < from < to")
 
 
 def grid(start: float, stop: float, step: float, among: Sequence[float] = ()) -> list[float]:

@@ -5,14 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.nonlinear.contact_law import Complementarity
+from fenics_nnm.nonlinear.linear_step import linear_step
 from fenics_nnm.nonlinear.mode import HarmonicEquations
-from fenics_nnm.nonlinear.newton import (
-    FixedEnergy,
-    Solution,
-    Unknowns,
-    bordered_jacobian,
-    phase_row,
-)
+from fenics_nnm.nonlinear.newton import Solution, Unknowns
 
 
 def frequency_slope(equations: HarmonicEquations, solution: Solution) -> float:
@@ -26,14 +21,7 @@ def frequency_slope(equations: HarmonicEquations, solution: Solution) -> float:
     """
     if not isinstance(equations.law, Complementarity):
         return float("nan")
-    q, omega = solution.q, solution.omega
-    at_energy = FixedEnergy(equations.gamma(q, omega))
-    matrix = bordered_jacobian(
-        equations, at_energy, Unknowns(q, omega), solution.forces, phase_row(equations, q)
-    )
-    right = np.zeros(len(matrix))
-    right[q.size] = 1.0  # gamma over its value, less 1
-    try:
-        return float(np.linalg.solve(matrix, right)[q.size]) / omega
-    except np.linalg.LinAlgError:
-        return float("nan")
+    at = Unknowns(solution.q, solution.omega)
+    gamma = equations.gamma(at.q, at.omega)
+    step = linear_step(equations, at, solution.forces, np.zeros_like(at.q), gamma_left_out=-gamma)
+    return float("nan") if step is None else step.omega / at.omega

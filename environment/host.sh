@@ -1,12 +1,13 @@
 # shellcheck shell=bash
 # The first way of environment/run: the machine's own python3.
 
-CONDA_PACKAGES="'fenics-dolfinx>=0.9' 'petsc=*=real*' slepc4py python-gmsh h5py matplotlib scipy pydantic rich pytest pytest-xdist mypy"
+CONDA_PACKAGES="'fenics-dolfinx>=0.9' 'petsc=*=real*' slepc4py python-gmsh h5py matplotlib scipy meshio pillow pydantic rich pytest pytest-xdist mypy"
 
 # Name of the Debian package or the conda-forge package that has a module.
 debian_name() {
     case "$1" in
         mypy) echo mypy ;;
+        PIL) echo python3-pil ;;
         petsc4py | slepc4py) echo "python3-$1-real" ;;
         xdist) echo python3-pytest-xdist ;;
         *) echo "python3-$1" ;;
@@ -16,6 +17,7 @@ debian_name() {
 conda_name() {
     case "$1" in
         gmsh) echo python-gmsh ;;
+        PIL) echo pillow ;;
         xdist) echo pytest-xdist ;;
         *) echo "$1" ;;
     esac

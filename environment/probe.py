@@ -11,8 +11,8 @@ import importlib.util
 import os
 import sys
 
-NEEDED = ["gmsh", "h5py", "matplotlib", "mypy", "numpy", "petsc4py", "pydantic", "pytest"]
-NEEDED += ["rich", "scipy", "slepc4py", "xdist"]
+NEEDED = ["PIL", "gmsh", "h5py", "matplotlib", "meshio", "mypy", "numpy", "petsc4py"]
+NEEDED += ["pydantic", "pytest", "rich", "scipy", "slepc4py", "xdist"]
 
 
 def dolfinx_version() -> str:

@@ -39,8 +39,8 @@ from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.stages import Stages
 from fenics_nnm.start import beginning
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
-from fenics_nnm.study_continuation import ArcLengthSection
-from fenics_nnm.study_sections import MeshFile
+from fenics_nnm.study.body import MeshFile
+from fenics_nnm.study.continuation import ArcLengthSection
 
 
 def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:

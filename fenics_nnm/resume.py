@@ -18,7 +18,7 @@ from fenics_nnm.output.staging import Stopped, living_run, remove
 from fenics_nnm.reduction.comparison import mode_signs, model_difference
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.study import Study, study_from
-from fenics_nnm.study_messages import shown
+from fenics_nnm.study.messages import shown
 
 #: Sections of a study that may differ: they say which points are wanted and what is written of
 #: them. Of the continuation some keys matter, see `_leaves`.

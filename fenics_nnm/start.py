@@ -17,7 +17,7 @@ from fenics_nnm.output import branch_file
 from fenics_nnm.output.branch_file import BranchHeader
 from fenics_nnm.reduction.comparison import mode_signs, model_difference
 from fenics_nnm.reduction.model import ReducedModel
-from fenics_nnm.study_continuation import StartSection
+from fenics_nnm.study.continuation import StartSection
 
 #: Two gamma ratios nearer than this are the same.
 _SAME_RATIO = 1e-6

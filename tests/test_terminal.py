@@ -17,7 +17,7 @@ from rich.console import Console
 from test_mpi import on_ranks, own_lines
 
 import fenics_nnm.run
-from fenics_nnm.cli import _result_table
+from fenics_nnm.commands.run import result_table
 from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.run import RunResult
@@ -75,7 +75,7 @@ def test_table_fits_on_a_narrow_terminal(study_file: StudyFile, tmp_path: Path) 
     points = [replace(POINT, status=status) for status in STATUSES]
     result = RunResult(tmp_path, branch_of(*points), {})
     text = io.StringIO()
-    Console(file=text, width=60).print(_result_table(result, read_study(study_file())))
+    Console(file=text, width=60).print(result_table(result, read_study(study_file())))
     lines = text.getvalue().splitlines()
     assert max(map(len, lines)) <= 60
     assert "…" not in text.getvalue()

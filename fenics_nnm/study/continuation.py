@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.study_sections import Count, FromList, Positive, Record
+from fenics_nnm.study.record import Count, FromList, Positive, Record
 
 #: Most energies of a study; more are a misprint of the step.
 _MOST_STEPS = 100_000

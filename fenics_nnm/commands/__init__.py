@@ -1,0 +1,6 @@
+"""Commands of the command line: each module adds one, and imports what it needs when it runs."""
+
+from fenics_nnm.commands import check, convergence, run
+
+COMMANDS = (run, check, convergence)
+"""Modules with `add_to(commands)`, in the order of the help."""

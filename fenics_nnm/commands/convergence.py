@@ -1,0 +1,48 @@
+"""fenics-nnm convergence: vary harmonics, samples and modes."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from fenics_nnm.commands.shared import (
+    DONE,
+    INCOMPLETE,
+    Commands,
+    add_study,
+    console_of,
+    show,
+    stages_of,
+)
+from fenics_nnm.interrupts import terminable
+from fenics_nnm.study import read_study
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    convergence = commands.add_parser(
+        "convergence", help="vary harmonics, samples and modes, and tell the rates"
+    )
+    convergence.add_argument("--output", type=Path, metavar="DIR", help="folder of the results")
+    add_study(convergence)
+    convergence.set_defaults(action=_convergence)
+
+
+def _convergence(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.output.convergence_report import convergence_lines, write_convergence
+    from fenics_nnm.resolution.auto import choice
+    from fenics_nnm.resolution.convergence import convergence
+
+    study = read_study(arguments.study)
+    console, comm = console_of(MPI.COMM_WORLD), MPI.COMM_WORLD
+    folder = arguments.output or Path("results") / f"{arguments.study.stem}-convergence"
+    with terminable(), stages_of(console, arguments) as stages:
+        found = convergence(choice(study, comm, stages), comm, stages)
+        on_root(comm, lambda: write_convergence(folder, found, title=study.title))
+    for line in convergence_lines(found):
+        show(console, line)
+    show(console, f"results in {folder}")
+    return DONE if found.complete else INCOMPLETE

@@ -1,0 +1,92 @@
+"""fenics-nnm run: follow the nonlinear mode of a study."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+from fenics_nnm.commands.shared import (
+    DONE,
+    INCOMPLETE,
+    Commands,
+    add_study,
+    complain,
+    console_of,
+    show,
+    stages_of,
+)
+from fenics_nnm.interrupts import terminable
+from fenics_nnm.study import Study, read_study
+
+if TYPE_CHECKING:
+    from fenics_nnm.continuation.branch import Encounter
+    from fenics_nnm.run import RunResult
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    run = commands.add_parser("run", help="follow the nonlinear mode of a study")
+    run.add_argument("--output", type=Path, metavar="DIR", help="folder of the results")
+    run.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on from the points of a stopped, or finished, run of the same study",
+    )
+    add_study(run)
+    run.set_defaults(action=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.run import run_study
+
+    study = read_study(arguments.study)
+    console = console_of(MPI.COMM_WORLD)
+    folder = arguments.output or study.output.folder or Path("results") / arguments.study.stem
+    with terminable(), stages_of(console, arguments) as stages:
+        text = arguments.study.read_text("utf-8")
+        result = run_study(study, text, folder, resume=arguments.resume, stages=stages)
+    if console.is_terminal:
+        console.print(result_table(result, study))
+        for encounter in result.branch.encounters:
+            show(console, _told(encounter))
+        if result.told:
+            show(console, result.told)
+        closing = f"{result.branch.reason}; results in {result.folder}"
+        show(console, closing)
+    if not result.branch.complete:
+        if MPI.COMM_WORLD.rank == 0:
+            complain(f"incomplete: {result.branch.reason}")
+        return INCOMPLETE
+    return DONE
+
+
+def _told(encounter: Encounter) -> str:
+    """What became of an internal resonance, in a line."""
+    entered, skipped = (
+        f"{what} at gamma ratio {', '.join(f'{ratio:g}' for ratio in ratios)}" if ratios else ""
+        for what, ratios in (("entered", encounter.entered), ("skipped", encounter.skipped))
+    )
+    told = "; ".join(text for text in (entered, skipped) if text)
+    return f"internal resonance with {encounter.name} near {encounter.frequency:.6g} Hz: {told}"
+
+
+def result_table(result: RunResult, study: Study) -> Table:
+    """A few points of the branch: those reported, or evenly spread ones."""
+    table = Table(title=study.title or None, box=None, padding=(0, 3, 0, 0))
+    for heading in ("gamma ratio", "frequency (Hz)", "ratio", "status"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    points = result.branch.points
+    reported = [p for p in points if p.gamma_ratio in study.continuation.report_at]
+    for point in reported or points[:: max(1, len(points) // 10)]:
+        table.add_row(
+            f"{point.gamma_ratio:g}",
+            f"{point.frequency:.4f}",
+            f"{point.frequency_ratio:.5f}",
+            point.status,
+        )
+    return table

@@ -1,0 +1,56 @@
+"""What commands share: exit codes, the console, progress and the study they are about."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import AbstractContextManager, nullcontext, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from fenics_nnm.progress import progress
+from fenics_nnm.stages import Stages
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+Commands = Any
+"""What `argparse` calls subparsers; its type is private."""
+
+#: Exit codes: all that was asked for, stopped early or something missing, bad input.
+DONE, INCOMPLETE, BAD_INPUT = 0, 1, 2
+
+
+def add_study(command: argparse.ArgumentParser) -> None:
+    """Arguments of a command that reads a study file."""
+    command.add_argument("study", type=Path, metavar="STUDY.toml", help="study file")
+    add_verbose(command)
+
+
+def add_verbose(command: argparse.ArgumentParser) -> None:
+    """The option that tells more on the way."""
+    command.add_argument("-v", "--verbose", action="store_true", help="tell more on the way")
+
+
+def stages_of(console: Console, arguments: argparse.Namespace) -> AbstractContextManager[Stages]:
+    """Progress bars on a terminal; lines of the log in their place if asked for."""
+    return nullcontext(Stages()) if arguments.verbose else progress(console)
+
+
+def console_of(comm: MPI.Comm) -> Console:
+    """Console of rank 0; mpirun's terminals are taken for none, as it makes them for log files."""
+    return Console(quiet=comm.rank > 0, force_terminal=False if comm.size > 1 else None)
+
+
+def show(console: Console, text: str) -> None:
+    """Print text as it is."""
+    console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def complain(message: str) -> None:
+    """Write a line to stderr."""
+    with suppress(OSError):  # stderr may be a file on a full disk
+        sys.stderr.write(f"fenics-nnm: {message}\n")
+        sys.stderr.flush()

@@ -1,0 +1,59 @@
+"""Sections of the study file about the body: its mesh, theory, material and clamp."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from fenics_nnm.geometry.parameters import LengthUnit
+from fenics_nnm.study.record import Names, Positive, Record
+
+
+class MeshFile(Record):
+    """A mesh made elsewhere, with named physical groups."""
+
+    file: Annotated[Path, Field(strict=False, description="a .msh file, relative to the study")]
+    length_unit: LengthUnit = Field(description="the unit of the file's coordinates")
+
+
+class BodySection(Record):
+    """Theory of the body, and what a mesh of lower dimension lacks."""
+
+    theory: Literal["rod", "plane-stress", "plane-strain", "solid"] = Field(
+        description="rod in 1-D, plane-stress or plane-strain in 2-D, solid in 3-D"
+    )
+    area: Positive | None = Field(None, description="cross-section of a rod in m^2")
+    thickness: Positive | None = Field(None, description="thickness of a plane body in m")
+    degree: Literal[1, 2] = Field(2, description="polynomial degree of the displacement")
+
+    @model_validator(mode="after")
+    def _extent_fits_theory(self) -> BodySection:
+        wanted = {"rod": "area", "plane-stress": "thickness", "plane-strain": "thickness"}
+        needed = wanted.get(self.theory)
+        for key in ("area", "thickness"):
+            given = getattr(self, key) is not None
+            if given != (key == needed):
+                verb = "needs" if key == needed else "has no"
+                raise ValueError(f'theory = "{self.theory}" {verb} {key}')
+        return self
+
+    @property
+    def extent(self) -> float:
+        """Area of a rod in m^2, thickness of a plane body in m, 1 for a solid."""
+        return self.area or self.thickness or 1.0
+
+
+class MaterialSection(Record):
+    """Homogeneous isotropic linear elasticity."""
+
+    young: Positive = Field(description="Young's modulus in Pa")
+    poisson: float = Field(0.0, gt=-1, lt=0.5, description="Poisson's ratio, above -1, below 0.5")
+    density: Positive = Field(description="mass density in kg/m^3")
+
+
+class ClampSection(Record):
+    """Facets without displacement."""
+
+    facets: Names = Field(description="name of a group of facets, or a list of names")

@@ -1,0 +1,21 @@
+"""Section of the study file about results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from fenics_nnm.study.record import Record
+
+
+class OutputSection(Record):
+    """Where results go."""
+
+    folder: Annotated[Path, Field(strict=False)] | None = Field(
+        None, description="folder of the results; the default is results/ and the study's name"
+    )
+    frames: Annotated[int, Field(ge=24)] = Field(
+        24, description="frames of a period in the ParaView files, at least 24"
+    )

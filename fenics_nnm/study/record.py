@@ -1,0 +1,25 @@
+"""What all sections of a study file share: number types, the frozen record."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Count = Annotated[int, Field(gt=0)]
+Auto = Literal["auto"]
+FromList = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
+Vector = Annotated[
+    tuple[Annotated[float, Field(allow_inf_nan=False)], ...],
+    Field(min_length=1, max_length=3),
+    FromList,
+]
+Name = Annotated[str, Field(min_length=1)]
+Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
+
+
+class Record(BaseModel):
+    """A section of a study file: frozen, without unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)

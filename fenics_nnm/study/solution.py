@@ -1,0 +1,98 @@
+"""Sections of the study file about the reduced model and its motions in time."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from fenics_nnm.study.record import Auto, Count, Positive, Record
+
+
+class ReductionSection(Record):
+    """From the mesh to a few coordinates."""
+
+    method: Literal["massless", "craig-bampton", "none"] = Field(
+        "massless",
+        description='"massless" (free modes, residual flexibility), "craig-bampton", or "none"',
+    )
+    modes: Count | Auto = Field(
+        40,
+        description="a positive integer, the number of free, fixed-interface or explicit modes, "
+        'or "auto"',
+    )
+    interface: Literal["all", "contact"] | None = Field(
+        None, description='retained directions of craig-bampton: "all" (default) or "contact"'
+    )
+
+    @model_validator(mode="after")
+    def _interface_fits_method(self) -> ReductionSection:
+        if self.method != "craig-bampton" and self.interface is not None:
+            raise ValueError('interface belongs to method = "craig-bampton"')
+        return self
+
+    @model_validator(mode="after")
+    def _modes_fit_method(self) -> ReductionSection:
+        if self.method == "none" and self.modes == "auto":
+            raise ValueError(
+                'modes = "auto": at full order no mode is left out: must be the number of modes '
+                "that stay explicit"
+            )
+        return self
+
+
+class AugmentedLagrangianSection(Record):
+    """Multipliers of contact points that carry mass."""
+
+    penalty: Positive = Field(10.0, description="first penalty over the static contact stiffness")
+    alpha: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
+        4.0, description="factor by which a measure must fall, above 1"
+    )
+    beta: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
+        10.0, description="growth of a penalty, above 1"
+    )
+    tolerance: Positive = Field(1e-10, description="penetration and tension over the gap")
+    iterations: Count = Field(60, description="largest number of outer steps")
+    normalisation: Literal["exact", "penalised"] = Field(
+        "exact", description='"exact": h = 0 is a row; "penalised": the literal form of the paper'
+    )
+    algorithm: Literal["simultaneous", "sequential"] = Field(
+        "simultaneous", description="base of the penalised form: Algorithm 1 or 2 of the paper"
+    )
+
+    @model_validator(mode="after")
+    def _algorithm_has_effect(self) -> AugmentedLagrangianSection:
+        if self.normalisation == "exact" and "algorithm" in self.model_fields_set:
+            raise ValueError('algorithm belongs to normalisation = "penalised"')
+        return self
+
+
+class ModeSection(Record):
+    """Which nonlinear mode, and its series in time."""
+
+    number: Count = Field(1, description="number of the linear mode, from 1")
+    harmonic: Count = Field(
+        1, description="harmonic that the linear mode is written in at first, from 1"
+    )
+    harmonics: Count | Auto = Field(10, description='a positive integer, N, or "auto"')
+    samples: Count | Auto = Field(
+        128, description='an integer, time samples of a period, at least 2 N + 1, or "auto"'
+    )
+    tolerance: Annotated[float, Field(gt=0, lt=0.1)] | None = Field(
+        None, description='relative error of the frequency that "auto" meets, below 0.1'
+    )
+    series: Literal["time-reversible", "general"] = Field(
+        "time-reversible", description='"time-reversible": cosines; "general": sines too'
+    )
+
+    @model_validator(mode="after")
+    def _samples_resolve_harmonics(self) -> ModeSection:
+        if self.harmonics == "auto" or self.samples == "auto":
+            return self
+        least = 2 * self.harmonics + 1
+        if self.samples < least:
+            raise ValueError(
+                f"samples = {self.samples} with harmonics = {self.harmonics}: "
+                f"must be at least 2 harmonics + 1 = {least}"
+            )
+        return self

@@ -42,6 +42,9 @@ from fenics_nnm.study import MatrixStudy, MeshStudy, Study
 from fenics_nnm.study.body import MeshFile
 from fenics_nnm.study.continuation import ArcLengthSection
 
+Analysis = LinearAnalysis | MatrixAnalysis
+"""All that is linear of a study."""
+
 
 def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
     """Read or generate the mesh of a study.
@@ -76,8 +79,28 @@ def linear_analysis(
     """
     stages = stages or Stages()
     if isinstance(study, MatrixStudy):
-        return on_root(comm, lambda: _analysis_of_matrices(study, stages, at_most))
-    return _analysis_of_mesh(study, comm, stages, at_most)
+        analysis = on_root(comm, lambda: _analysis_of_matrices(study, stages, at_most))
+        return _with_reference(analysis, study)
+    return _with_reference(_analysis_of_mesh(study, comm, stages, at_most), study)
+
+
+def _with_reference(analysis: Analysis, study: Study) -> Analysis:
+    """The analysis, with the reference displacement of points that touch at rest in its model."""
+    reference, rest = study.contact.reference_displacement, analysis.model.at_rest()
+    if study.full_order and analysis.model.gap.min() <= 0:
+        raise ModelError(
+            f"contact.gap = {analysis.model.gap.min():g}: must be positive at full order; gaps of "
+            'any sign need reduction.method = "massless"'
+        )
+    if reference is None:
+        return analysis
+    if not rest.touching.any():
+        raise StudyError(
+            f"contact.reference_displacement = {reference:g}: has no effect: no contact point "
+            "touches without force at rest"
+        )
+    model = replace(analysis.model, reference=reference)
+    return replace(analysis, reduction=replace(analysis.reduction, model=model))
 
 
 def _analysis_of_matrices(

@@ -44,10 +44,10 @@ class MatrixReport:
         """Number of a contact row."""
         return f"contact row {point + 1}"
 
-    def largest(self, mode: int, amplitude: float) -> str:
-        """Largest unknown of a mode at an amplitude in kg^1/2 m."""
-        shape = np.abs(self.analysis.reduction.shapes[:, mode]).max()
-        return f"{shape * amplitude:.4g} m (rad, if it is a rotation)"
+    def largest(self, q: Array, force: Array) -> str:
+        """Largest unknown of coordinates in kg^1/2 m and contact forces in N."""
+        largest = np.abs(self.analysis.reduction.displacement(q, force)).max()
+        return f"{largest:.4g} m (rad, if it is a rotation)"
 
     def arrays(self) -> dict[str, Array]:
         """Shapes and residual shapes in the order of the unknowns."""

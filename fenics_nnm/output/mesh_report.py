@@ -56,11 +56,11 @@ class MeshReport:
         """Coordinates of a contact point."""
         return "(" + ", ".join(f"{x:.5g}" for x in self.analysis.interface.points[point]) + ") m"
 
-    def largest(self, mode: int, amplitude: float) -> str:
-        """Largest displacement component of a mode at an amplitude in kg^1/2 m."""
-        shape = np.abs(self.analysis.reduction.shapes[:, mode]).max(initial=0.0)
-        shape = self.analysis.solid.tagged.mesh.comm.allreduce(shape, op=MPI.MAX)
-        return f"{shape * amplitude:.4g} m"
+    def largest(self, q: Array, force: Array) -> str:
+        """Largest displacement component of coordinates in kg^1/2 m and contact forces in N."""
+        largest = np.abs(self.analysis.reduction.displacement(q, force)).max(initial=0.0)
+        largest = self.analysis.solid.tagged.mesh.comm.allreduce(largest, op=MPI.MAX)
+        return f"{largest:.4g} m"
 
     def arrays(self) -> dict[str, Array]:
         """Contact points everywhere; mesh and shapes on rank 0."""

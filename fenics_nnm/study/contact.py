@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from fenics_nnm.study.messages import shown
-from fenics_nnm.study.record import Count, FromList, Names, Positive, Record, Vector
+from fenics_nnm.study.record import Count, Finite, FromList, Names, Positive, Record, Vector
 
-Gaps = Annotated[tuple[Positive, ...], Field(min_length=1), FromList]
+Gaps = Annotated[tuple[Finite, ...], Field(min_length=1), FromList]
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -20,13 +20,19 @@ class LawSection(Record):
     law: Literal["complementarity", "augmented-lagrangian"] | None = Field(
         None, description="by default the one that fits reduction.method"
     )
+    reference_displacement: Positive | None = Field(
+        None,
+        description="displacement in m, at gamma ratio 1, of points that touch without force at "
+        "rest (gap 0); positive",
+    )
 
 
 class MatrixContactSection(LawSection):
     """Gaps of the contact rows of [matrices]."""
 
-    gap: Positive | Gaps = Field(
-        description="initial gap in m, positive: one number, or a list with one a contact row"
+    gap: Finite | Gaps = Field(
+        description="initial gap in m, negative for an interference: one number, or a list "
+        "with one a contact row"
     )
 
     @model_validator(mode="before")
@@ -53,7 +59,7 @@ class ContactSection(LawSection):
         None, description='axis of a radial direction: "x", "y", "z" or a vector of finite numbers'
     )
     origin: Vector | None = Field(None, description="a point on the axis in m; the default is 0")
-    gap: Positive = Field(description="initial gap in m, positive")
+    gap: Finite = Field(description="initial gap in m, negative for an interference")
     points: Count | Literal["all"] = Field(
         "all", description='positive number of points spread over the facets, or "all" vertices'
     )

@@ -11,8 +11,11 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from fenics_nnm.fem.mesh import generate_mesh
+from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid, stress_tensor
 from fenics_nnm.geometry import Beam, Plate, Rod
+from fenics_nnm.materials.elasticity import Isotropic
+from fenics_nnm.materials.material import Material
 
 YOUNG, POISSON = 2.0e11, 0.3
 MESHES: dict[str, Any] = {
@@ -25,7 +28,8 @@ MESHES: dict[str, Any] = {
 
 def body_of(theory: Any) -> Solid:
     tagged = generate_mesh(MESHES[theory], MPI.COMM_SELF)
-    body = Body(theory, YOUNG, POISSON, 7800.0, extent=0.02)
+    steel = Material(Isotropic(YOUNG, POISSON), 7800.0)
+    body = Body(theory, (Region(steel),), extent=0.02)
     return assemble_solid(tagged, body, tagged.facets_of(("left",), "clamp.facets"))
 
 

@@ -87,8 +87,8 @@ def assert_off_axis(material: Material, points: Array) -> None:
     size = np.abs(points).max(initial=0.0)
     if np.any(np.linalg.norm(away, axis=1) <= _ON_AXIS * size):
         raise ModelError(
-            "material.orientation.cylindrical: the axis runs through the material, where the radial "
-            "direction is not defined: must lie outside"
+            "material.orientation.cylindrical: the axis runs through the material, where the "
+            "radial direction is not defined: must lie outside"
         )
 
 

@@ -150,7 +150,8 @@ def plane_strain(stiffness: Array) -> Array:
     if np.abs(shears).max() > 1e-9 * np.abs(stiffness).max():
         raise ModelError(
             "material.orientation: turns the material out of the x-y plane, so that plane strain "
-            'would need shear along z: must keep one material axis along z, or body.theory = "solid"'
+            "would need shear along z: must keep one material axis along z (or choose "
+            'body.theory = "solid")'
         )
     return np.asarray(stiffness[np.ix_(IN_PLANE, IN_PLANE)])
 

@@ -137,10 +137,10 @@ def _numbered(name: str, number: int, given: Any) -> str:
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
     values = copy.deepcopy(values)
-    for table in _tables(values, ("clamp", "contact", *_LISTED)):
+    for part in _tables(values, ("clamp", "contact", *_LISTED)):
         for key in ("cells", "facets"):
-            if isinstance(table.get(key), str):
-                table[key] = [table[key]]
+            if isinstance(part.get(key), str):
+                part[key] = [part[key]]
     paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
     for section, keys in paths.items():
         table = values.get(section)

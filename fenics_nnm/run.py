@@ -34,7 +34,7 @@ from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file, journal
 from fenics_nnm.output.auto_report import summary_of, told, warn_of
 from fenics_nnm.output.journal import Journal
-from fenics_nnm.output.plots import plot_backbone
+from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.output.staging import Staging, Stopped, claim, publish, rescue, stopped_runs
 from fenics_nnm.output.tables import write_backbone, write_summary

@@ -125,3 +125,21 @@ def stress(u: ufl.core.expr.Expr, body: Body, mesh: object) -> ufl.core.expr.Exp
     first = fem.Constant(mesh, float(lam * body.extent))
     second = fem.Constant(mesh, float(2 * mu * body.extent))
     return first * ufl.tr(strain(u)) * ufl.Identity(len(u)) + second * strain(u)
+
+
+def stress_tensor(u: ufl.core.expr.Expr, solid: Solid) -> ufl.core.expr.Expr:
+    """Cauchy stress in Pa as a 3 x 3 tensor, of a displacement u of the body.
+
+    A plane body has the stress sigma_zz = lambda tr(strain) in plane strain and none normal to its
+    plane in plane stress; a rod has sigma_xx alone.
+    """
+    body, mesh = solid.body, solid.tagged.mesh
+    own = stress(u, body, mesh) / fem.Constant(mesh, float(body.extent))
+    if body.theory == "solid":
+        return own
+    size = len(u)
+    rows = [[own[i, j] if max(i, j) < size else 0 for j in range(3)] for i in range(3)]
+    if body.theory == "plane-strain":
+        # tr(sigma) / 2 = (lambda + mu) tr(strain), and lambda / (lambda + mu) = 2 nu
+        rows[2][2] = fem.Constant(mesh, float(body.poisson)) * ufl.tr(own)
+    return ufl.as_tensor(rows)

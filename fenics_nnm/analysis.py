@@ -190,6 +190,13 @@ def nonlinear_mode(
         )
 
 
+def linear_frequencies(analysis: Analysis) -> Array:
+    """Frequencies of the linear modes about the state of rest in Hz, ascending."""
+    rest = analysis.model.at_rest()
+    closed = bool(rest.closed.any())
+    return rest.omega / (2 * np.pi) if closed else np.asarray(analysis.modes.frequencies)
+
+
 def wanted_motions(study: Study) -> Continuation:
     """Energies or frequencies that a study visits, or the range that it follows a branch in.
 

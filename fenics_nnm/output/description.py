@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fenics_nnm.analysis import Analysis, harmonic_balance, wanted_motions
-from fenics_nnm.arrays import Array
+from fenics_nnm.analysis import Analysis, harmonic_balance, linear_frequencies, wanted_motions
 from fenics_nnm.continuation.outlook import outlook
 from fenics_nnm.output.report import report_of
 from fenics_nnm.reduction.rest import RestState
@@ -33,19 +32,13 @@ def describe(study: Study, analysis: Analysis) -> str:
         "",
         " mode   frequency (Hz)   motion at contact (kg^-1/2)",
     ]
-    for number, hertz in enumerate(rest_frequencies(rest, analysis)):
+    for number, hertz in enumerate(linear_frequencies(analysis)):
         reach = np.abs(rest.motion[:, number]).max()
         lines.append(f"{number + 1:5d}   {hertz:14.6g}   {reach:10.4g}")
     below = analysis.modes.checked_below
     if below:
         lines += ["", f"no mode missed below {below / 2 / np.pi:.6g} Hz"]
     return "\n".join(lines + _resonances(study, analysis))
-
-
-def rest_frequencies(rest: RestState, analysis: Analysis) -> Array:
-    """Linear frequencies about the state of rest in Hz, ascending."""
-    closed = bool(rest.closed.any())
-    return rest.omega / (2 * np.pi) if closed else np.asarray(analysis.modes.frequencies)
 
 
 def _at_rest(rest: RestState) -> list[str]:
@@ -76,7 +69,7 @@ def _resonances(study: Study, analysis: Analysis) -> list[str]:
         harmonic_balance(study),
         mode=study.mode.number - 1,
     )
-    hertz = rest_frequencies(analysis.model.at_rest(), analysis)[study.mode.number - 1]
+    hertz = linear_frequencies(analysis)[study.mode.number - 1]
     if not ahead.meetings:
         return ["", "no harmonic meets a mode on the way: no internal resonance expected"]
     by_harmonic = sorted(ahead.meetings, key=lambda meeting: meeting.harmonic)[:_MOST_LISTED]

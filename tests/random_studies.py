@@ -32,9 +32,9 @@ def write_study(number: int, folder: Path) -> Path:
     if method == "none" and chance.random() < 0.3:
         study["contact"]["law"] = method = "augmented-lagrangian"
     with_mass = method in ("craig-bampton", "augmented-lagrangian")
-    if method == "massless":
-        _press(chance, study["contact"])
     study["continuation"] = _continuation(chance, with_mass=with_mass)
+    if method == "massless":
+        _press(Random(f"gaps of {number}"), study["contact"], study["continuation"])
     path = folder / "study.toml"
     path.write_text(toml({"title": f"Random study {number}", **study}))
     return path
@@ -178,9 +178,13 @@ def _mode(chance: Random) -> Section:
     }
 
 
-def _press(chance: Random, contact: Section) -> None:
+def _press(chance: Random, contact: Section, continuation: Section) -> None:
     """Make some gaps zero or negative, one in four studies each; else the study stays as it is."""
     kind, gap = chance.random(), contact["gap"]
+    frequencies = continuation.get("frequencies")
+    if kind < 0.25 and frequencies:
+        ends = frequencies["to"], frequencies["from"]
+        frequencies["from"], frequencies["to"] = (2.0 - end for end in ends)
     if kind < 0.25 and isinstance(gap, list):
         contact["gap"] = [chance.choice([-1.0, 1.0]) * each for each in gap]
     elif kind < 0.25:

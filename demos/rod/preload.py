@@ -4,8 +4,8 @@
 # With a negative gap the rod is under compression at rest, and small motions are those of the rod
 # clamped at both ends: omega = pi c / L. They end where the force at the tip comes to zero; beyond,
 # the tip lifts off and the frequency falls, towards the 2/3 pi c / L of the rod without gap. The
-# exact motions are square waves again, with the period T = 3 - 1 / sqrt(1 + 2 E) L/c at the energy E
-# from the state of rest, in units of EA gap^2 / L.
+# exact motions are square waves again, with the period T = 3 - 1 / sqrt(1 + 2 E) in units of L/c at
+# the energy E from the state of rest, in units of EA gap^2 / L.
 #
 # Natural frequencies of the rod at rest are multiples of the first, so there is an internal
 # resonance next to any motion. Points that are not inside one are compared.

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Plate, Rod
 from fenics_nnm.study.body import MeshFile
+from fenics_nnm.study.contact import ContactSection, PatchesSection
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
@@ -44,10 +45,12 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
     """
     values = _prepared(values, path.parent)
     kind = _kind(values, path)
-    part = _matrices_record(values, path) or _mesh_record(values, path)
+    parts = [
+        _matrices_record(values, path) or _mesh_record(values, path),
+        _contact_record(values, path) if kind is MeshStudy else None,
+    ]
     try:
-        if part is not None:
-            name, record = part
+        for name, record in filter(None, parts):
             values = {**values, name: _checked(record, values[name], (name,), path)}
         return _checked(kind, values, (), path)
     except ValidationError as error:
@@ -104,13 +107,32 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     return "mesh", models[model]
 
 
+def _contact_record(
+    values: dict[str, Any], path: Path
+) -> tuple[str, type[ContactSection | PatchesSection]] | None:
+    """Record that the contact section of a mesh is meant for: one patch, or several."""
+    contact = values.get("contact")
+    if isinstance(contact, list):
+        raise StudyError(
+            f"{path}: contact: is a list of sections: several patches must be written "
+            "[[contact.patch]]"
+        )
+    if not isinstance(contact, dict):
+        return None
+    return "contact", PatchesSection if "patch" in contact else ContactSection
+
+
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
     values = {key: dict(item) if isinstance(item, dict) else item for key, item in values.items()}
-    for section in ("clamp", "contact"):
-        table = values.get(section)
-        if isinstance(table, dict) and isinstance(table.get("facets"), str):
-            table["facets"] = [table["facets"]]
+    clamp, contact = values.get("clamp"), values.get("contact")
+    if isinstance(clamp, dict):
+        values["clamp"] = _with_lists(clamp)
+    if isinstance(contact, dict):
+        values["contact"] = _prepared_patch(contact, folder)
+        patches = contact.get("patch")
+        if isinstance(patches, list):
+            values["contact"]["patch"] = [_prepared_patch(patch, folder) for patch in patches]
     paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
     for section, keys in paths.items():
         table = values.get(section)
@@ -122,6 +144,23 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     if isinstance(start, dict) and isinstance(start.get("file"), str):
         values["continuation"]["start"] = {**start, "file": str(folder / start["file"])}
     return values
+
+
+def _with_lists(table: dict[str, Any]) -> dict[str, Any]:
+    """A section whose names of facets are lists."""
+    single = {key: [table[key]] for key in ("facets", "against") if isinstance(table.get(key), str)}
+    return {**table, **single}
+
+
+def _prepared_patch(patch: Any, folder: Path) -> Any:
+    """A patch whose names of facets are lists, and whose casing has its path."""
+    if not isinstance(patch, dict):
+        return patch
+    patch = _with_lists(patch)
+    casing = patch.get("casing")
+    if isinstance(casing, dict) and isinstance(casing.get("file"), str):
+        patch["casing"] = {**casing, "file": str(folder / casing["file"])}
+    return patch
 
 
 def _matrix_files(matrices: Any) -> tuple[str, ...]:

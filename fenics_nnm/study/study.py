@@ -10,7 +10,12 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.study.body import BodySection, ClampSection, MaterialSection, MeshFile
-from fenics_nnm.study.contact import ContactSection, LawSection, MatrixContactSection
+from fenics_nnm.study.contact import (
+    ContactSection,
+    LawSection,
+    MatrixContactSection,
+    PatchesSection,
+)
 from fenics_nnm.study.continuation import ContinuationSection
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.output import OutputSection
@@ -179,7 +184,7 @@ class MeshStudy(_AnyStudy):
     body: BodySection
     material: MaterialSection
     clamp: ClampSection | None = None
-    contact: ContactSection
+    contact: ContactSection | PatchesSection
 
 
 class MatrixStudy(_AnyStudy):

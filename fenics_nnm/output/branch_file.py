@@ -4,7 +4,8 @@ Layout (SI units):
 
     /                    attributes: format, study (TOML), versions (JSON), reason
     /model               omega, Phi, R, gap of the reduced model
-    /contact             points, directions, areas; of a mesh only
+    /contact             points, directions, areas, patches (their numbers, from 0), patch_names;
+                         of a mesh only
     /series              attributes: mode (from 1), harmonics, samples, modes (of the reduction),
                          series
     /mesh                points, cells (VTK order), cell_type (VTK); of a mesh only

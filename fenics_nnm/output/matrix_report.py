@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ class MatrixReport:
 
     analysis: MatrixAnalysis
 
-    def sizes(self) -> dict[str, float]:
+    def sizes(self) -> dict[str, Any]:
         """Numbers of unknowns and contact rows."""
         matrices = self.analysis.matrices
         return {"dofs": matrices.size, "contact_points": matrices.points}

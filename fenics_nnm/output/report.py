@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from fenics_nnm.analysis import Analysis
 from fenics_nnm.arrays import Array
@@ -18,7 +18,7 @@ from fenics_nnm.study import Study
 class Report(Protocol):
     """What can be told and written of one kind of structure; to be called on all ranks."""
 
-    def sizes(self) -> dict[str, float]:
+    def sizes(self) -> dict[str, Any]:
         """Sizes for summary.json."""
 
     def heading(self) -> list[str]:

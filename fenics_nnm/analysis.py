@@ -5,7 +5,7 @@ Every step is one function call whose result is a frozen record.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from fenics_nnm.continuation.follow import (
 from fenics_nnm.continuation.levels import HarmonicBalance, contact_model
 from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.errors import ModelError, StudyError
+from fenics_nnm.fem.attachments import Attachment
 from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
@@ -103,7 +104,7 @@ def _analysis_of_mesh(
         clamped = _clamped_facets(study, tagged)
         facets = tagged.facets_of(study.contact.facets, "contact.facets")
     with stages.stage("assembly"):
-        solid = assemble_solid(tagged, _body(study), clamped)
+        solid = assemble_solid(tagged, _body(study, tagged.dim), clamped)
         interface = _interface(study, solid, facets)
     with ModalSolver(solid) as solver:
         forces = _interface_forces(study, solid, interface)
@@ -233,14 +234,31 @@ def _multipliers(study: Study) -> MultiplierLoop | None:
     return MultiplierLoop(**chosen.model_dump()) if chosen else MultiplierLoop()
 
 
-def _body(study: MeshStudy) -> Body:
+def _body(study: MeshStudy, dim: int) -> Body:
     body = study.body
     return Body(
         theory=body.theory,
         regions=tuple(Region(each.material, each.cells or ()) for each in study.material),
         extent=body.extent,
         degree=body.degree,
+        attachments=(*_masses(study, dim), *_springs(study, dim)),
     )
+
+
+def _masses(study: MeshStudy, dim: int) -> Iterator[Attachment]:
+    for number, each in enumerate(study.mass, start=1):
+        key = f"mass[{number}]"
+        point = () if each.at is None else _fitted(each.at, dim, f"{key}.at")
+        yield Attachment(key, "mass", (each.mass,) * dim, point, each.facets or ())
+
+
+def _springs(study: MeshStudy, dim: int) -> Iterator[Attachment]:
+    for number, each in enumerate(study.spring, start=1):
+        key = f"spring[{number}]"
+        point = () if each.at is None else _fitted(each.at, dim, f"{key}.at")
+        per_area = each.foundation is not None
+        values = _fitted(each.values, dim, f"{key}.{'foundation' if per_area else 'stiffness'}")
+        yield Attachment(key, "spring", values, point, each.facets or (), per_area)
 
 
 def _clamped_facets(study: MeshStudy, tagged: TaggedMesh) -> Indices:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +14,13 @@ from pydantic import BaseModel, ValidationError
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Plate, Rod
 from fenics_nnm.study.body import MeshFile
+from fenics_nnm.study.material import material_record
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
+
+#: Record of each section that may come several times, by its values.
+_LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {"material": material_record}
 
 
 def read_study(path: Path) -> Study:
@@ -49,6 +55,8 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
         if part is not None:
             name, record = part
             values = {**values, name: _checked(record, values[name], (name,), path)}
+        if kind is MeshStudy:
+            values = {**values, **_listed(values, path)}
         return _checked(kind, values, (), path)
     except ValidationError as error:
         raise StudyError(f"{path}: {error}") from error
@@ -104,13 +112,35 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     return "mesh", models[model]
 
 
+def _listed(values: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Sections that may come several times, each checked as the record that it is meant for."""
+    checked = {}
+    for name, record in _LISTED.items():
+        if name not in values:
+            continue
+        given = values[name]
+        sections = [given] if isinstance(given, dict) else given
+        if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
+            raise StudyError(f"{path}: {name} = {shown(given)}: must be a section with keys")
+        checked[name] = tuple(
+            _checked(record(section), section, (_numbered(name, number, given),), path)
+            for number, section in enumerate(sections, start=1)
+        )
+    return checked
+
+
+def _numbered(name: str, number: int, given: Any) -> str:
+    """Name of one of several sections, counted from 1."""
+    return name if isinstance(given, dict) else f"{name}[{number}]"
+
+
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
-    values = {key: dict(item) if isinstance(item, dict) else item for key, item in values.items()}
-    for section in ("clamp", "contact"):
-        table = values.get(section)
-        if isinstance(table, dict) and isinstance(table.get("facets"), str):
-            table["facets"] = [table["facets"]]
+    values = copy.deepcopy(values)
+    for part in _tables(values, ("clamp", "contact", *_LISTED)):
+        for key in ("cells", "facets"):
+            if isinstance(part.get(key), str):
+                part[key] = [part[key]]
     paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
     for section, keys in paths.items():
         table = values.get(section)
@@ -122,6 +152,13 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     if isinstance(start, dict) and isinstance(start.get("file"), str):
         values["continuation"]["start"] = {**start, "file": str(folder / start["file"])}
     return values
+
+
+def _tables(values: dict[str, Any], names: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Sections of some names, of which there may be several each."""
+    found = [values.get(name) for name in names]
+    flat = [table for each in found for table in (each if isinstance(each, list) else [each])]
+    return [table for table in flat if isinstance(table, dict)]
 
 
 def _matrix_files(matrices: Any) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,15 @@ _MOTIONS = (
     Column("penetration between samples (µm)"),
 )
 
+_PATCHES = (
+    Column("patch", "word"),
+    Column("points"),
+    Column("area (mm²)"),
+    Column("smallest gap (mm)"),
+    Column("largest gap (mm)"),
+    Column("mean direction (1)", "word"),
+)
+
 #: Most contact points that are listed.
 _MOST_PLACES = 200
 
@@ -31,6 +41,9 @@ _MOST_PLACES = 200
 def contact(results: Results, gallery: Gallery) -> Section:
     """Forces of some motions, their pictures, and where the contact points are."""
     content: tuple[Html, ...] = ()
+    patches = [_patch(each) for each in results.summary.get("contact_patches", [])]
+    if patches:
+        content += (table(_PATCHES, patches, label="Contact patches"),)
     rows = [_row(point) for point in results.chosen_touching]
     if rows:
         content += (table(_MOTIONS, rows, label="Contact of some motions"),)
@@ -38,6 +51,17 @@ def contact(results: Results, gallery: Gallery) -> Section:
     if results.body is not None and results.areas is not None:
         content += (_places(results, results.body, results.areas),)
     return Section("contact", "Contact", content, "no motion of the branch touches the obstacle.")
+
+
+def _patch(patch: dict[str, Any]) -> Sequence[str]:
+    return (
+        patch["name"],
+        str(patch["points"]),
+        plain(1e6 * patch["area_m2"]),
+        plain(1e3 * patch["smallest_gap_m"]),
+        plain(1e3 * patch["largest_gap_m"]),
+        "(" + ", ".join(f"{x:.3f}" for x in patch["mean_direction"]) + ")",
+    )
 
 
 def _row(point: BranchPoint) -> Sequence[str]:

@@ -110,7 +110,19 @@ def _contact(results: Results) -> str:
     low, high = float(gap.min()), float(gap.max())
     across = length(low) if np.isclose(low, high) else f"{length(low)} to {length(high)}"
     area = "" if results.areas is None else f" ({results.areas.sum() * 1e6:.4g} mm²)"
-    return f"{points}{area} can meet a rigid obstacle without friction across a gap of {across}."
+    told = f"{points}{area} can meet an obstacle without friction across a gap of {across}."
+    return told + _rest(results.summary.get("at_rest"))
+
+
+def _rest(rest: dict[str, Any] | None) -> str:
+    """What is closed before anything moves; nothing where all gaps are open."""
+    if not rest:
+        return ""
+    force = plain(rest["contact_force_N"])
+    return (
+        f" At rest {rest['closed']} of them are closed, pressed with {force} N in all, and "
+        f"{rest['touching']} touch without force."
+    )
 
 
 def _mode(results: Results) -> str:
@@ -122,9 +134,10 @@ def _mode(results: Results) -> str:
     energy = results.summary.get("grazing_energy_J")
     if not energy:
         return begin
+    event = "The gamma ratio is 1 at" if "at_rest" in results.summary else "Contact begins at"
     return (
-        f"{begin} Contact begins at an energy of {energy:.4g} J; there the gamma ratio, the modal "
-        "energy coordinate over its value at grazing, is 1."
+        f"{begin} {event} an energy of {plain(energy)} J: the gamma ratio is the modal energy "
+        "coordinate over its value there."
     )
 
 
@@ -141,8 +154,8 @@ def _outcome(points: Sequence[BranchPoint]) -> str:
     first, last = points[0], points[-1]
     highest = max(points, key=lambda point: point.frequency)
     told = (
-        f"At a gamma ratio of {first.gamma_ratio:.4g} ({first.energy:.4g} J) the frequency is "
-        f"{first.frequency:.6g} Hz, at {last.gamma_ratio:.4g} ({last.energy:.4g} J) it is "
+        f"At a gamma ratio of {first.gamma_ratio:.4g} ({plain(first.energy)} J) the frequency is "
+        f"{first.frequency:.6g} Hz, at {last.gamma_ratio:.4g} ({plain(last.energy)} J) it is "
         f"{last.frequency:.6g} Hz: {_compared(hardening(last))} that of the linear mode."
     )
     if highest.frequency > last.frequency * (1 + 1e-6):

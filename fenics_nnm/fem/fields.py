@@ -147,7 +147,7 @@ def _fill(function: fem.Function, owned: Array) -> None:
 
 
 class _Pressure:
-    """Contact pressure: force over tributary area at the vertices of the patch."""
+    """Contact pressure: force over tributary area at the vertices of the patches."""
 
     def __init__(self, solid: Solid, interface: ContactInterface) -> None:
         mesh = solid.tagged.mesh
@@ -159,8 +159,7 @@ class _Pressure:
 
     def fill(self, force: Array) -> None:
         """Set the pressure of contact forces of shape (n_c,); linear between the vertices."""
-        vertices, points = self._interface.patch
-        values = (force / self._interface.areas)[points]
-        self._linear.x.array[self._blocks[vertices]] = values
+        values = self._interface.pressures @ force
+        self._linear.x.array[self._blocks[: len(values)]] = values
         self._linear.x.scatter_forward()
         self.function.interpolate(self._linear)

@@ -4,7 +4,8 @@ Layout (SI units):
 
     /                    attributes: format, study (TOML), versions (JSON), reason
     /model               omega, Phi, R, gap of the reduced model
-    /contact             points, directions, areas; of a mesh only
+    /contact             points, directions, areas, patches (their numbers, from 0), patch_names;
+                         of a mesh only
     /series              attributes: mode (from 1), harmonics, samples, modes (of the reduction),
                          series
     /mesh                points, cells (VTK order), cell_type (VTK); of a mesh only
@@ -190,6 +191,8 @@ def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
         file.attrs["versions"] = json.dumps(header.versions)
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
+        if header.model.reference is not None:
+            file["model"].attrs["reference"] = header.model.reference
         series = file.create_group("series")
         for name in ("mode", "harmonics", "samples", "modes", "series"):
             series.attrs[name] = getattr(header, name)
@@ -211,7 +214,7 @@ def _opened(path: Path, size: int) -> h5py.File:
 
 
 def _header(file: h5py.File) -> BranchHeader:
-    series = file["series"].attrs
+    series, model = file["series"].attrs, file["model"]
     return BranchHeader(
         study=file.attrs["study"],
         versions=json.loads(file.attrs["versions"]),
@@ -221,7 +224,11 @@ def _header(file: h5py.File) -> BranchHeader:
         modes=int(series["modes"]),
         series=str(series["series"]),
         model=ReducedModel(
-            **{name: np.array(file[f"model/{name}"]) for name in ("omega", "Phi", "R", "gap")}
+            omega=np.array(model["omega"]),
+            Phi=np.array(model["Phi"]),
+            R=np.array(model["R"]),
+            gap=np.array(model["gap"]),
+            reference=float(model.attrs["reference"]) if "reference" in model.attrs else None,
         ),
     )
 

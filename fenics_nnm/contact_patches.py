@@ -19,6 +19,7 @@ from fenics_nnm.casing import (
     Surface,
     read_radii,
 )
+from fenics_nnm.components import fitted
 from fenics_nnm.errors import GeometryError, ModelError
 from fenics_nnm.fem.contact_patch import Field, Opposite, Patch
 from fenics_nnm.fem.direction import Direction
@@ -151,11 +152,11 @@ def _direction(key: str, patch: PatchSection, dim: int, surface: Surface | None)
     if patch.direction == "normal":
         return Direction("normal", key=key).at
     if patch.direction == "radial":
-        origin = _fitted(patch.origin or (0.0,) * dim, dim, f"{key}.origin")
+        origin = fitted(patch.origin or (0.0,) * dim, dim, f"{key}.origin")
         out_of_plane = dim == 2 and not any(patch.axis_vector[:2])
-        axis = () if out_of_plane else _fitted(patch.axis_vector, dim, f"{key}.axis")
+        axis = () if out_of_plane else fitted(patch.axis_vector, dim, f"{key}.axis")
         return Direction("radial", axis, origin, key).at
-    vector = _fitted(patch.direction, dim, f"{key}.direction")
+    vector = fitted(patch.direction, dim, f"{key}.direction")
     return Direction("vector", vector, key=key).at
 
 
@@ -165,13 +166,6 @@ def _naming(key: str, work: Callable[[], Result]) -> Result:
         return work()
     except GeometryError as error:
         raise GeometryError(f"{key}: {error}") from error
-
-
-def _fitted(vector: tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:
-    """A vector with as many components as the mesh has dimensions."""
-    if len(vector) < dim or any(vector[dim:]):
-        raise ModelError(f"{name} = {list(vector)}: must have {dim} components as the mesh has")
-    return vector[:dim]
 
 
 def _padded(vectors: Array) -> Array:

@@ -17,8 +17,8 @@ from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.fem.patch_vertices import at_vertices
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.vertices import at_vertices
 from fenics_nnm.nonlinear.forces import contact_forces
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint

@@ -20,6 +20,7 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.material_report import attachment_lines, material_lines
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
 
@@ -51,6 +52,8 @@ class MeshReport:
             f"mesh             {self._cells()} cells, {solid.dofs} degrees of freedom",
             f"bounding box     {self._box()} m",
             f"facet groups     {', '.join(sorted(solid.tagged.facets))}",
+            *material_lines(solid),
+            *attachment_lines(solid, interface),
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
             f"gap {interface.gap.min():.4g} m",
             *(f"  {patch}" for patch in patch_summaries(interface)),

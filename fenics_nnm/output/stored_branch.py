@@ -20,6 +20,9 @@ from fenics_nnm.output.branch_file import BranchHeader
 #: Two gamma ratios nearer than this are the same.
 _SAME_RATIO = 1e-6
 
+#: Nodes whose motion over a period is held in memory at once.
+_NODES_AT_ONCE = 10_000
+
 
 @dataclass(frozen=True, slots=True)
 class StoredBranch:
@@ -108,6 +111,13 @@ class StoredBranch:
         rates = self.series.rate_at(phase) @ point.q
         force_rates = contact_force_rates(self.header.model, self.series, point, phase)
         return 2 * np.pi * point.frequency * self._field(rates, force_rates, nodes)
+
+    def largest_displacement(self, point: BranchPoint, instants: int = 48) -> Array:
+        """Largest distance of each node from rest over the period in m, shape (n,)."""
+        phase = 2 * np.pi * np.arange(instants) / instants
+        parts = np.array_split(np.arange(len(self.nodes)), len(self.nodes) // _NODES_AT_ONCE + 1)
+        fields = (self.displacement(point, phase, part) for part in parts)
+        return np.concatenate([np.linalg.norm(field, axis=2).max(axis=0) for field in fields])
 
     def modal_field(self, coordinates: Array) -> Array:
         """Displacement in m of given modal coordinates (J,) without contact, shape (n, dim)."""

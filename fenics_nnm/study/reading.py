@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Plate, Rod
+from fenics_nnm.study.attachments import MassSection, SpringSection
 from fenics_nnm.study.body import MeshFile
 from fenics_nnm.study.contact import ContactSection, PatchesSection
 from fenics_nnm.study.material import material_record
@@ -21,7 +22,11 @@ from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
 
 #: Record of each section that may come several times, by its values.
-_LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {"material": material_record}
+_LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
+    "material": material_record,
+    "mass": lambda values: MassSection,
+    "spring": lambda values: SpringSection,
+}
 
 
 def read_study(path: Path) -> Study:
@@ -119,9 +124,9 @@ def _listed(values: dict[str, Any], path: Path) -> dict[str, Any]:
     """Sections that may come several times, each checked as the record that it is meant for."""
     checked = {}
     for name, record in _LISTED.items():
-        if name not in values:
+        given = values.get(name, [])
+        if given == []:
             continue
-        given = values[name]
         sections = [given] if isinstance(given, dict) else given
         if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
             raise StudyError(f"{path}: {name} = {shown(given)}: must be a section with keys")

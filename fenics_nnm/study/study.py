@@ -9,6 +9,7 @@ from pydantic import model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
+from fenics_nnm.study.attachments import MassSection, SpringSection
 from fenics_nnm.study.body import BodySection, ClampSection, MeshFile
 from fenics_nnm.study.contact import (
     ContactSection,
@@ -184,6 +185,8 @@ class MeshStudy(_AnyStudy):
     mesh: MeshFile | Geometry
     body: BodySection
     material: Materials
+    mass: tuple[MassSection, ...] = ()
+    spring: tuple[SpringSection, ...] = ()
     clamp: ClampSection | None = None
     contact: ContactSection | PatchesSection
 
@@ -207,7 +210,7 @@ class MatrixStudy(_AnyStudy):
     @model_validator(mode="before")
     @classmethod
     def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("mesh", "body", "material", "clamp"):
+        for key in ("mesh", "body", "material", "clamp", "mass", "spring"):
             if key in values:
                 raise ValueError(
                     f"{key}: does not go with [matrices], which hold the whole structure, "

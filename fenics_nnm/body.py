@@ -1,0 +1,43 @@
+"""From a study to the body: theory, materials, masses and springs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fenics_nnm.components import fitted
+from fenics_nnm.fem.attachments import Attachment
+from fenics_nnm.fem.regions import Region
+from fenics_nnm.fem.solid import Body
+from fenics_nnm.study import MeshStudy
+
+
+def body_of(study: MeshStudy, dim: int) -> Body:
+    """The body of a study on a mesh of a dimension.
+
+    Raises:
+        ModelError: if a vector of the study has not as many components.
+    """
+    body = study.body
+    return Body(
+        theory=body.theory,
+        regions=tuple(Region(each.material, each.cells or ()) for each in study.material),
+        extent=body.extent,
+        degree=body.degree,
+        attachments=(*_masses(study, dim), *_springs(study, dim)),
+    )
+
+
+def _masses(study: MeshStudy, dim: int) -> Iterator[Attachment]:
+    for number, each in enumerate(study.mass, start=1):
+        key = f"mass[{number}]"
+        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        yield Attachment(key, "mass", (each.mass,) * dim, point, each.facets or ())
+
+
+def _springs(study: MeshStudy, dim: int) -> Iterator[Attachment]:
+    for number, each in enumerate(study.spring, start=1):
+        key = f"spring[{number}]"
+        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        per_area = each.foundation is not None
+        values = fitted(each.values, dim, f"{key}.{'foundation' if per_area else 'stiffness'}")
+        yield Attachment(key, "spring", values, point, each.facets or (), per_area)

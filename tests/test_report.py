@@ -179,6 +179,10 @@ def test_forces_are_those_of_the_branch(plate: Path, page: Element) -> None:
     assert numbers(motions, "largest total force (N)") == pytest.approx(
         [force.sum(axis=1).max()], rel=1e-3
     )
+    patches = labelled(page, "Contact patches")
+    assert numbers(patches, "points") == [len(gap)]
+    assert numbers(patches, "area (mm²)") == pytest.approx([1e6 * areas.sum()], rel=1e-3)
+    assert numbers(patches, "largest gap (mm)") == [1.0]
     assert numbers(places, "gap (mm)") == pytest.approx(1e3 * gap, rel=1e-4)
     assert numbers(places, "area (mm²)") == pytest.approx(1e6 * areas, rel=1e-4)
 
@@ -199,6 +203,15 @@ def test_stopped_run_with_many_points(tmp_path: Path) -> None:
     assert len(data.splitlines()) == len(rows) + 1
     assert "stopped before its end" in section(page, "overview").text
     assert "Linear modes: the run was stopped" in section(page, "absent").text
+
+
+def test_preloaded_rod_says_what_is_closed_at_rest(tmp_path: Path) -> None:
+    below = {"energies": {"from": 0.8, "to": 0.9, "step": 0.1}, "report_at": []}
+    results = ran(tmp_path, changed(ROD, {"contact": {"gap": -1e-3}, "continuation": below}))
+    told = section(reported(results), "overview").text
+    # E A |gap| / L, the bar pushed back to its obstacle
+    assert "At rest 1 of them are closed, pressed with 189,000 N in all" in told
+    assert "across a gap of -1 mm" in told and "The gamma ratio is 1 at an energy" in told
 
 
 def test_matrices_and_a_run_that_lacks_points(tmp_path: Path) -> None:

@@ -70,6 +70,7 @@ class ContactInterface:
         blocks: Local block index of each point on the rank that owns it, -1 elsewhere.
         patch: All contact vertices that this rank owns, by local number, and the contact point
             that stands for each: two rows.
+        facets: Local contact facets, ghosts included.
         comm: Communicator.
     """
 
@@ -79,6 +80,7 @@ class ContactInterface:
     gap: Array
     blocks: Indices
     patch: Indices
+    facets: Indices
     comm: MPI.Comm
 
     @property
@@ -188,6 +190,7 @@ def contact_interface(
         gap=np.full(len(chosen), gap),
         blocks=vertices.blocks[chosen],
         patch=np.array([vertices.local[owned], nearest[owned]]),
+        facets=facets,
         comm=comm,
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,8 +35,16 @@ class StoredBranch:
         cell_type: VTK's number of the cell type.
         shapes: Displacement per modal coordinate in kg^-1/2, shape (J, n, dim).
         residual_shapes: Displacement per contact force in m/N, shape (n_c, n, dim).
+        region: Number of the material of each cell, shape (cells,).
+        elasticity: Stress in Pa per strain, shape (rows, 6, strains), as in `branch_file`.
+        elasticity_row: Row of it at each sampling point of each cell, shape (cells, s).
         contact_points: Places of the contact points in m, shape (n_c, 3).
         contact_directions: Unit vectors towards the obstacle, shape (n_c, dim).
+        contact_areas: Tributary areas in m^2, shape (n_c,).
+        contact_facets: Nodes of each contact facet in VTK's order, shape (facets, nodes a facet).
+        contact_patch: Contact nodes, and the contact point that stands for each: two rows.
+        inertia: Harmonics of the displacement in m, shape (N + 1, n, dim), that full order adds at
+            points, by their position.
     """
 
     header: BranchHeader
@@ -46,8 +54,15 @@ class StoredBranch:
     cell_type: int
     shapes: Array
     residual_shapes: Array
+    region: Indices
+    elasticity: Array
+    elasticity_row: Indices
     contact_points: Array
     contact_directions: Array
+    contact_areas: Array
+    contact_facets: Indices
+    contact_patch: Indices
+    inertia: Mapping[float, Array]
 
     @property
     def series(self) -> Series:
@@ -101,13 +116,27 @@ class StoredBranch:
             Shape (len(phase), number of nodes, dim).
         """
         forces = contact_forces(self.header.model, self.series, point, phase)
-        return self._field(self.coordinates(point, phase), forces, nodes)
+        field = self._field(self.coordinates(point, phase), forces, nodes)
+        return self._with_inertia(field, self.series.basis_at(phase), point, nodes)
 
     def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
         """Velocity in m/s, the time derivative of `displacement`, of the same shape."""
         rates = self.series.rate_at(phase) @ point.q
         force_rates = contact_force_rates(self.header.model, self.series, point, phase)
-        return 2 * np.pi * point.frequency * self._field(rates, force_rates, nodes)
+        by_phase = self._field(rates, force_rates, nodes)
+        by_phase = self._with_inertia(by_phase, self.series.rate_at(phase), point, nodes)
+        return 2 * np.pi * point.frequency * by_phase
+
+    def gap(self, point: BranchPoint, phase: Array) -> Array:
+        """Distance in m of the contact points to their obstacle, shape (len(phase), n_c)."""
+        model = self.header.model
+        forces = contact_forces(model, self.series, point, phase)
+        return model.gap - self.series.basis_at(phase) @ point.free + forces @ model.R
+
+    def pressure(self, point: BranchPoint, phase: Array) -> Array:
+        """Contact pressure in Pa at the contact points, shape (len(phase), n_c)."""
+        forces = contact_forces(self.header.model, self.series, point, phase)
+        return forces / self.contact_areas
 
     def modal_field(self, coordinates: Array) -> Array:
         """Displacement in m of given modal coordinates (J,) without contact, shape (n, dim)."""
@@ -117,6 +146,16 @@ class StoredBranch:
         chosen = slice(None) if nodes is None else nodes
         modal = np.tensordot(coordinates, self.shapes[:, chosen], 1)
         return modal - np.tensordot(forces, self.residual_shapes[:, chosen], 1)
+
+    def _with_inertia(
+        self, field: Array, basis: Array, point: BranchPoint, nodes: Indices | None
+    ) -> Array:
+        """A field with what full order adds to it, where that is stored."""
+        inertia = self.inertia.get(point.position)
+        if inertia is None:
+            return field
+        chosen = inertia if nodes is None else inertia[:, nodes]
+        return field + np.tensordot(basis, chosen, 1)
 
 
 def read_stored_branch(path: Path) -> StoredBranch:
@@ -137,8 +176,18 @@ def read_stored_branch(path: Path) -> StoredBranch:
             cell_type=int(file["mesh/cell_type"][()]),
             shapes=file["basis/shapes"][:],
             residual_shapes=file["basis/residual_shapes"][:],
+            region=file["mesh/region"][:],
+            elasticity=file["material/elasticity"][:],
+            elasticity_row=file["material/row"][:],
             contact_points=_in_space(file["contact/points"][:]),
             contact_directions=file["contact/directions"][:],
+            contact_areas=file["contact/areas"][:],
+            contact_facets=file["contact/facets"][:],
+            contact_patch=file["contact/patch"][:],
+            inertia={
+                float(values.attrs["position"]): values[:]
+                for values in file.get("inertia", {}).values()
+            },
         )
 
 

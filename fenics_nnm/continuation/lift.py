@@ -8,14 +8,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.arc_length import evaluated
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.newton import Newton, Solution
+from fenics_nnm.nonlinear.contact_law import Complementarity
+from fenics_nnm.nonlinear.newton import Newton, Solution, Unknowns
 from fenics_nnm.nonlinear.resonance import STILL, Resonance, strongest_resonance
 from fenics_nnm.nonlinear.slope import frequency_slope
+from fenics_nnm.reduction.rest import RestState
 
-#: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
+#: gamma of a linear motion of unit amplitude about the state of rest: m^ = 1/2, so gamma = 1/4.
 GRAZING_GAMMA = 0.25
 
 #: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
@@ -33,8 +36,23 @@ _SUSPECT = 0.6
 #: The slope of the coarsest level is that to an energy larger by this factor.
 _BESIDE = 1.02
 
+#: A branch with a smaller slope d ln omega / d ln gamma is level.
+_LEVEL = 1e-10
+
+#: Parts of the reference displacement by which touching points are opened on the way to none.
+_OPENED = (1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 0.05, 0.0)
+
 #: A motion whose followed mode, in its first harmonic, has less than this share of m^ has left it.
 _SMALLEST_SHARE = 0.5
+
+#: The same of a mode with closed points at rest: it changes its shape as they lift off.
+_SMALLEST_SHARE_LIFTED = 0.1
+
+#: Where closed points lift off, a larger relative change of frequency asks for a second look.
+_FREQUENCY_JUMP = 0.02
+
+#: There a motion whose frequency is farther from that of its neighbour is hardly of its branch.
+_FAR = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +120,8 @@ class Lift:
         it. Of several motions the one that keeps most of its energy in the followed mode is taken.
         An energy that is tried again, from another neighbour, keeps what does not depend on it.
         """
+        if self._rest.homogeneous and gamma_ratio != 1:
+            return self._grown(self.at(1.0, None), gamma_ratio)
         if gamma_ratio not in self._alone:
             self._alone[gamma_ratio] = self._lifted(gamma_ratio, None)
         alone = self._alone[gamma_ratio]
@@ -112,7 +132,25 @@ class Lift:
         found = [alone, self._beside[gamma_ratio]]
         if neighbour is not None:
             found.append(self._lifted(gamma_ratio, neighbour))
-        return self.best(found)
+        return self.best(found, neighbour)
+
+    @property
+    def _rest(self) -> RestState:
+        return self.levels[-1].equations.rest
+
+    @property
+    def _linear_until(self) -> float:
+        """Gamma ratio where the motion of the followed mode ceases to be linear."""
+        return 1.0 if self._rest.is_linear(self.mode) else 0.0
+
+    def _grown(self, stack: Stack, gamma_ratio: float) -> Stack:
+        """The same motions at another energy, where all gaps are zero: any size will do."""
+        factor = float(np.sqrt(gamma_ratio / stack.gamma_ratio))
+        solutions = tuple(
+            evaluated(level.equations, Unknowns(factor * found.q, found.omega)) if found else None
+            for level, found in zip(self.levels, stack.solutions, strict=True)
+        )
+        return replace(stack, place=gamma_ratio, gamma_ratio=gamma_ratio, solutions=solutions)
 
     def assert_without_multipliers(self, what: str) -> None:
         """Refuse what multipliers, which are found at fixed energy, cannot do.
@@ -126,14 +164,19 @@ class Lift:
                 'reduction.method = "massless", or "none" with complementarity'
             )
 
-    def best(self, found: Sequence[Stack]) -> Stack:
+    def best(self, found: Sequence[Stack], neighbour: Stack | None = None) -> Stack:
         """Of several motions the one that keeps most of its energy in the followed mode.
+
+        Where closed points lift off this share falls along the branch, and the motions that stay
+        behind in a resonance have the larger one. There it is the motion whose frequency is near
+        that of the neighbour, and outside resonances if there is one.
 
         Args:
             found: Motions at one place. The strongest internal resonance among those that are
                 left is named.
+            neighbour: Motion at a place nearby.
         """
-        best = max(found, key=lambda stack: stack.share)
+        best = max(found, key=lambda stack: self._rank(stack, neighbour))
         if best.finest is None or self._resonance(best.finest).entered:
             return best
         left = [self._resonance(stack.finest) for stack in found if stack.finest is not None]
@@ -141,6 +184,25 @@ class Lift:
         left += [self._resonance(stack.refused) for stack in found if stack.refused is not None]
         strongest = max(left, key=lambda resonance: resonance.share, default=None)
         return replace(best, skipped=str(strongest)) if strongest else best
+
+    def _rank(self, stack: Stack, neighbour: Stack | None) -> tuple[bool, bool, float]:
+        """By which the better of two motions is known."""
+        if stack.finest is None or not self._rest.closed.any():
+            return False, False, stack.share
+        outside = not self._resonance(stack.finest).entered
+        if neighbour is None or neighbour.finest is None:
+            return False, outside, stack.share
+        change = abs(stack.finest.omega / neighbour.finest.omega - 1)
+        return change < _FAR, outside, 1 - change
+
+    @property
+    def downwards(self) -> bool:
+        """Whether the branch is better followed from high energies down.
+
+        Where closed points lift off, harmonics of the motion meet modes at once if these have
+        frequencies near multiples of the first; far above, the forces at rest hardly matter.
+        """
+        return bool(self._rest.closed.any())
 
     def restored(self, place: float, finest: Solution) -> Stack:
         """A stack of which the finest motion alone is known."""
@@ -154,16 +216,20 @@ class Lift:
             return True
         if neighbour is not None and stack.share < neighbour.share - SHARE_DROP:
             return True
+        if self.downwards and neighbour is not None and neighbour.finest is not None:
+            change = abs(stack.finest.omega / neighbour.finest.omega - 1)
+            if change > _FREQUENCY_JUMP and stack.gamma_ratio > self._linear_until:
+                return True
         return self._resonance(stack.finest).strength > _SUSPECT or stack.slope_ratio < STILL
 
     def slope_ratio(self, finest: Solution) -> float:
         """Slope d omega / d gamma of a finest motion over that of the mode alone, or nan."""
         ratio = finest.energies.gamma / GRAZING_GAMMA
-        alone = self.coarse(ratio) if ratio > 1 else None
+        alone = self.coarse(ratio) if ratio > self._linear_until else None
         if alone is None:
             return float("nan")
         slope = frequency_slope(self.levels[0].equations, alone)
-        if not slope > 0:
+        if not abs(slope) > _LEVEL:
             return float("nan")
         return frequency_slope(self.levels[-1].equations, finest) / slope
 
@@ -177,7 +243,8 @@ class Lift:
         reduced = self.reduced
         ratio, coarse = alone.gamma_ratio, alone.solutions[0]
         beside = self.coarse(ratio * _BESIDE)
-        if ratio <= 1 or coarse is None or beside is None:
+        level = ratio <= self._linear_until or self._rest.homogeneous
+        if level or coarse is None or beside is None:
             return alone
         slope = (beside.omega - coarse.omega) / ((_BESIDE - 1) * ratio * GRAZING_GAMMA)
         search = FrequencyLift(reduced, self.newton)
@@ -224,18 +291,21 @@ class Lift:
 
     def share(self, finest: Solution) -> float:
         """Share of the kinetic energy of a finest motion in the first harmonic of its mode."""
-        return self._share(self.levels[-1], finest)
+        return self.levels[-1].share(finest.q, self.mode)
 
     def coarse(self, gamma_ratio: float) -> Solution | None:
         """Solution of the coarsest level, reached in small steps from the nearest one known."""
         if not self._coarse:
-            self._coarse[0.5] = self._linear_start(0.5)
+            if self._linear_until:
+                self._coarse[0.5] = self._linear_start(self.levels[0], 0.5)
+            else:
+                self._coarse[1.0] = self._touching_start()
         at = min(self._coarse, key=lambda known: abs(known - gamma_ratio))
         while at != gamma_ratio:
             longest = _COARSE_STEP * max(1.0, at)
             step = np.clip(gamma_ratio - at, -longest, longest)
             following = gamma_ratio if abs(gamma_ratio - at) <= longest else float(at + step)
-            guess = _scaled(self._coarse[at], following / at)
+            guess = self._scaled(0, self._coarse[at], following / at)
             solution = self._solve(0, following, guess).solution
             if solution is None:
                 return None
@@ -243,14 +313,26 @@ class Lift:
             at = following
         return self._coarse[at]
 
-    def _linear_start(self, gamma_ratio: float) -> Solution:
-        level = self.levels[0]
+    def _linear_start(self, level: Level, gamma_ratio: float) -> Solution:
+        rest = level.equations.rest
         q = np.zeros(level.equations.shape)
         column = int(np.searchsorted(level.modes, self.mode))
-        q[1, column] = np.sqrt(gamma_ratio)
-        omega = float(level.equations.model.omega[column])
-        force = np.zeros((len(level.equations.series.phase), level.equations.model.points))
-        return level.solve(gamma_ratio * GRAZING_GAMMA, Guess(q, omega, force), self.newton)
+        q[0] = rest.q
+        q[1] = np.sqrt(gamma_ratio) * rest.shapes[:, column]
+        force = np.tile(rest.force, (len(level.equations.series.phase), 1))
+        guess = Guess(q, float(rest.omega[column]), force)
+        return level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+
+    def _touching_start(self) -> Solution:
+        """The coarsest motion at gamma ratio 1 where points touch at rest.
+
+        They are opened so far that they do not touch, and brought back step by step.
+        """
+        found = self._linear_start(_opened(self.levels[0], 1.5), 1.0)
+        for part in _OPENED:
+            guess = Guess(found.q, found.omega, found.forces.force)
+            found = _opened(self.levels[0], part).solve(GRAZING_GAMMA, guess, self.newton)
+        return found
 
     def _level(
         self,
@@ -280,7 +362,7 @@ class Lift:
                 force = beside.forces.force + here.forces.force - there.forces.force
                 omega = beside.omega + here.omega - there.omega
                 yield Guess(beside.q + change, omega, np.maximum(force, 0.0))
-            yield _scaled(beside, gamma_ratio / neighbour.gamma_ratio)
+            yield self._scaled(index, beside, gamma_ratio / neighbour.gamma_ratio)
         if lower is not None and here is not None:
             yield Guess(self._moved(lower, index, here.q), here.omega, here.forces.force)
 
@@ -306,8 +388,8 @@ class Lift:
                 f"converged to a motion with {touching:.2g} of the contact that the followed mode "
                 "alone has at this energy: an internal resonance lets it avoid the obstacle"
             )
-        share = self._share(level, solution)
-        if share < _SMALLEST_SHARE:
+        share = level.share(solution.q, self.mode)
+        if share < (_SMALLEST_SHARE_LIFTED if self._rest.closed.any() else _SMALLEST_SHARE):
             return (
                 f"converged to a motion that carries only {share:.0%} of its kinetic energy in the "
                 "first harmonic of the followed mode: another family (internal resonance)"
@@ -315,25 +397,26 @@ class Lift:
         return ""
 
     def _contact_share(self, level: Level, gamma_ratio: float, solution: Solution) -> float:
-        """Virial of the contact forces over that of the coarsest level; 1 where that has none."""
-        if level is self.levels[0] or gamma_ratio <= 1 + 1e-9:
+        """Change of contact over that of the coarsest level; 1 where that has none."""
+        if level is self.levels[0] or gamma_ratio <= self._linear_until * (1 + 1e-9):
             return 1.0
         alone = self.coarse(gamma_ratio)
-        reference = alone.energies.virial if alone else 0.0
+        reference = alone.energies.contact if alone else 0.0
         found = solution.energies
         if not reference:
-            return float(found.virial > 1e3 * self.newton.tolerance * found.stiffness)
-        return found.virial / reference
+            return float(found.contact > 1e3 * self.newton.tolerance * found.stiffness)
+        return found.contact / reference
 
-    def _share(self, level: Level, solution: Solution) -> float:
-        """Share of the kinetic energy in the first harmonic of the followed mode."""
-        order = level.equations.series.order
-        mean_square = level.equations.series.mean_square
-        kinetic = (mean_square * order**2)[:, None] * solution.q**2
-        column = np.searchsorted(level.modes, self.mode)
-        return float(kinetic[order == 1, column].sum() / kinetic.sum())
+    def _scaled(self, index: int, solution: Solution, factor: float) -> Guess:
+        """A solution at another energy: the same shape at `factor` times gamma."""
+        q = self.levels[index].equations.scaled(solution.q, float(np.sqrt(factor)))
+        return Guess(q, solution.omega, solution.forces.force)
 
 
-def _scaled(solution: Solution, factor: float) -> Guess:
-    """A solution at another energy: the same shape at `factor` times gamma."""
-    return Guess(solution.q * np.sqrt(factor), solution.omega, solution.forces.force)
+def _opened(level: Level, part: float) -> Level:
+    """A level whose touching points are opened by a part of the reference displacement."""
+    equations = level.equations
+    rest, model = equations.rest, equations.model
+    gap = np.where(rest.touching, model.gap + part * rest.scale, model.gap)
+    opened = replace(equations, model=replace(model, gap=gap), law=Complementarity(model.R, gap))
+    return replace(level, equations=opened)

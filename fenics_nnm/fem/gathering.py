@@ -10,9 +10,10 @@ from dolfinx.plot import vtk_mesh
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.fem.contact import ContactInterface, at_vertices
+from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.elasticity import elasticity_at, region_of_cells
 from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.patch_vertices import at_vertices
 from fenics_nnm.fem.reference_cell import reference_cell
 from fenics_nnm.fem.solid import Solid
 
@@ -97,16 +98,13 @@ def gathered_basis(analysis: LinearAnalysis) -> dict[str, Any]:
     way = gathering(solid)
     samples = reference_cell(way.cell_type).samples
     elasticity = way.of_cells(elasticity_at(solid, samples))
-    facets = _facets(way, analysis.interface)
-    node, point = _patch(way, analysis.interface)
     nodes, cells = way.mesh()
     gathered = {
         "mesh/points": nodes,
         "mesh/cells": cells,
         "mesh/cell_type": np.array(way.cell_type),
         "mesh/region": way.of_cells(region_of_cells(solid)),
-        "contact/facets": way.numbered(facets),
-        "contact/patch": np.array(sorted(zip(way.numbered(node), point, strict=True))).T,
+        **_contact(way, analysis.interface),
         "basis/shapes": way.nodal(reduction.shapes),
         "basis/residual_shapes": way.nodal(reduction.residual_shapes),
     }
@@ -125,26 +123,45 @@ def _different(elasticity: Array) -> tuple[Array, Indices]:
     return flat[first], row.reshape(elasticity.shape[:2])
 
 
-def _facets(way: Gathering, interface: ContactInterface) -> Indices:
-    """Nodes of all contact facets in VTK's order, on rank 0, by their numbers in the space."""
+def _contact(way: Gathering, interface: ContactInterface) -> dict[str, Any]:
+    """Contact facets and what pressure unit forces make, on rank 0."""
+    found = [
+        (_facets(way, local), patch, side)
+        for patch, sides in enumerate(interface.sides)
+        for side, local in enumerate(sides)
+    ]
+    counts = [len(rows) for rows, _, _ in found]
+    return {
+        "contact/facets": way.numbered(np.concatenate([rows for rows, _, _ in found])),
+        "contact/facet_patch": np.repeat([patch for _, patch, _ in found], counts),
+        "contact/facet_side": np.repeat([side for _, _, side in found], counts),
+        "contact/pressures": _pressures(way, interface),
+    }
+
+
+def _facets(way: Gathering, local: Indices) -> Indices:
+    """Nodes of facets in VTK's order, on rank 0, by their numbers in the space."""
     topology = way.solid.tagged.mesh.topology
     topology.create_connectivity(topology.dim, topology.dim - 1)
     of_cells = topology.connectivity(topology.dim, topology.dim - 1)
     around = of_cells.array.reshape(of_cells.num_nodes, -1)[: len(way.cells)]
-    cell, place = np.nonzero(np.isin(around, interface.facets))
+    cell, place = np.nonzero(np.isin(around, local))
     nodes = reference_cell(way.cell_type).facets[place]
     rows = way.cells[cell[:, None], nodes]
     whole, owner = (_gathered(way.comm, part) for part in (rows, way.input_cell[cell]))
-    return whole[np.argsort(owner, kind="stable")]
+    return np.asarray(whole[np.argsort(owner, kind="stable")])
 
 
-def _patch(way: Gathering, interface: ContactInterface) -> Indices:
-    """Contact nodes by their numbers in the space, and the point that stands for each."""
+def _pressures(way: Gathering, interface: ContactInterface) -> Array:
+    """Node, contact point and pressure in Pa under a unit force there: three rows, on rank 0."""
     mesh, space = way.solid.tagged.mesh, way.solid.space
-    vertices, points = interface.patch
-    blocks = at_vertices(mesh, space.dofmap.list)[vertices].astype(np.int32)
-    own = np.stack([space.dofmap.index_map.local_to_global(blocks), points], axis=1)
-    return _gathered(way.comm, own).T
+    entries = interface.pressures.tocoo()
+    blocks = at_vertices(mesh, space.dofmap.list)[entries.row].astype(np.int32)
+    own = (space.dofmap.index_map.local_to_global(blocks), entries.col, entries.data)
+    node, point, value = (_gathered(way.comm, part) for part in own)
+    node = way.numbered(node)
+    order = np.lexsort((point, node))
+    return np.array([node[order], point[order], value[order]], dtype=float)
 
 
 def _gathered(comm: MPI.Comm, own: Any) -> Any:

@@ -94,13 +94,13 @@ class MotionFiles:
     ) -> Iterator[dict[str, Array]]:
         phase = 2 * np.pi * np.array(times)
         moved = self.branch.displacement(point, phase, self.surface.nodes)
-        pressure, gap = self.branch.pressure(point, phase), self.branch.gap(point, phase)
+        forces, gaps = self.branch.forces(point, phase), self.branch.gap(point, phase)
         for frame in range(len(times)):
             fields = {DISPLACEMENT: in_space(moved[frame])}
             if "contact_pressure" in self.fields:
-                fields[PRESSURE] = self.surface.spread(pressure[frame])
+                fields[PRESSURE] = self.surface.pressure(forces[frame])
             if "gap" in self.fields:
-                fields[GAP] = self.surface.spread(gap[frame])
+                fields[GAP] = self.surface.gap(gaps[frame])
             yield fields
 
 

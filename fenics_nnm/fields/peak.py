@@ -20,8 +20,8 @@ def peak_stress(
     """Largest von Mises and principal stress at each node of the grid, and when they occur.
 
     Contact forces are short, so the period is searched at 128 instants and at those of the frames.
-    Beside the peak is that of the linear mode of the same energy E = (omega a)^2 / 2, and how far
-    the motion is above it.
+    Beside the peak is that of the linear mode about the state of rest of the same energy
+    E = (omega a)^2 / 2, and how far the motion is above it.
 
     Args:
         branch: Branch.
@@ -38,7 +38,8 @@ def peak_stress(
         stress = body.stress(displacement)
         _raise(mises, when_mises, von_mises(stress), time)
         _raise(tension, when_tension, principal(stress)[:, 0], time)
-    linear = von_mises(body.stress(_linear_displacement(branch, point)))
+    reversals = _linear_reversals(branch, point)
+    linear = np.max([von_mises(body.stress(displacement)) for displacement in reversals], axis=0)
     return {
         "peak von Mises stress (Pa)": mises,
         "phase of peak von Mises stress (periods)": when_mises,
@@ -55,7 +56,11 @@ def _raise(peak: Array, when: Array, values: Array, time: float) -> None:
     peak[larger], when[larger] = values[larger], time
 
 
-def _linear_displacement(branch: StoredBranch, point: BranchPoint) -> Array:
-    """Displacement in m at the reversal of the linear mode of the point's energy."""
-    mode = branch.header.mode - 1
-    return branch.shapes[mode] * np.sqrt(2 * point.energy) / branch.header.model.omega[mode]
+def _linear_reversals(branch: StoredBranch, point: BranchPoint) -> list[Array]:
+    """Displacements in m at both reversals of the linear mode of the point's energy."""
+    mode, rest = branch.header.mode - 1, branch.header.model.at_rest()
+    amplitude = np.sqrt(2 * point.energy) / rest.omega[mode]
+    return [
+        branch.field(rest.q + a * rest.shapes[:, mode], rest.force + a * rest.pull[:, mode])
+        for a in (amplitude, -amplitude)
+    ]

@@ -4,8 +4,10 @@ Layout (SI units):
 
     /                    attributes: format, study (TOML), versions (JSON), reason
     /model               omega, Phi, R, gap of the reduced model
-    /contact             points, directions, areas; facets, their nodes in VTK order; patch, the
-                         contact nodes and the point that stands for each; of a mesh only
+    /contact             points, directions, areas, patches (their numbers, from 0), patch_names;
+                         facets (their nodes in VTK order), facet_patch and facet_side (0 for its
+                         own, 1 for those opposite); pressures, three rows: node, contact point,
+                         pressure in Pa there per N of its force; of a mesh only
     /series              attributes: mode (from 1), harmonics, samples, modes (of the reduction),
                          series
     /mesh                points, cells (VTK order), cell_type (VTK), region of each cell; of a
@@ -212,6 +214,8 @@ def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
         file.attrs["versions"] = json.dumps(header.versions)
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
+        if header.model.reference is not None:
+            file["model"].attrs["reference"] = header.model.reference
         series = file.create_group("series")
         for name in ("mode", "harmonics", "samples", "modes", "series"):
             series.attrs[name] = getattr(header, name)
@@ -233,7 +237,7 @@ def _opened(path: Path, size: int) -> h5py.File:
 
 
 def _header(file: h5py.File) -> BranchHeader:
-    series = file["series"].attrs
+    series, model = file["series"].attrs, file["model"]
     return BranchHeader(
         study=file.attrs["study"],
         versions=json.loads(file.attrs["versions"]),
@@ -243,7 +247,11 @@ def _header(file: h5py.File) -> BranchHeader:
         modes=int(series["modes"]),
         series=str(series["series"]),
         model=ReducedModel(
-            **{name: np.array(file[f"model/{name}"]) for name in ("omega", "Phi", "R", "gap")}
+            omega=np.array(model["omega"]),
+            Phi=np.array(model["Phi"]),
+            R=np.array(model["R"]),
+            gap=np.array(model["gap"]),
+            reference=float(model.attrs["reference"]) if "reference" in model.attrs else None,
         ),
     )
 

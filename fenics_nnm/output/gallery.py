@@ -11,7 +11,11 @@ from pathlib import Path
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.pictures.accuracy import accuracy_plots
 from fenics_nnm.output.pictures.backbone import frequency_plots
+from fenics_nnm.output.pictures.contact import contact_plots
+from fenics_nnm.output.pictures.motion import motion_plots
 from fenics_nnm.output.pictures.results import Results, read_results
+from fenics_nnm.output.pictures.shares import share_plots
+from fenics_nnm.output.pictures.space_time import space_time_plots
 from fenics_nnm.output.pictures.style import Plot, save
 
 logger = logging.getLogger(__name__)
@@ -23,7 +27,14 @@ MANIFEST = "pictures.json"
 FORMATS = ("png", "svg", "pdf")
 
 #: What makes plots, in the order of the list.
-_PLOTS: tuple[Callable[[Results], list[Plot]], ...] = (frequency_plots, accuracy_plots)
+_PLOTS: tuple[Callable[[Results], list[Plot]], ...] = (
+    frequency_plots,
+    contact_plots,
+    motion_plots,
+    space_time_plots,
+    share_plots,
+    accuracy_plots,
+)
 
 
 @dataclass(frozen=True, slots=True)

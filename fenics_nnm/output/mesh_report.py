@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -15,6 +16,7 @@ from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -34,13 +36,14 @@ class MeshReport:
 
     analysis: LinearAnalysis
 
-    def sizes(self) -> dict[str, float]:
-        """Numbers of degrees of freedom and contact points, and their area."""
+    def sizes(self) -> dict[str, Any]:
+        """Numbers of degrees of freedom and contact points, their area, and each patch."""
         interface = self.analysis.interface
         return {
             "dofs": self.analysis.solid.dofs,
             "contact_points": interface.count,
             "contact_area_m2": float(interface.areas.sum()),
+            "contact_patches": [dict(asdict(patch)) for patch in patch_summaries(interface)],
         }
 
     def heading(self) -> list[str]:
@@ -52,17 +55,21 @@ class MeshReport:
             f"facet groups     {', '.join(sorted(solid.tagged.facets))}",
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
             f"gap {interface.gap.min():.4g} m",
+            *(f"  {patch}" for patch in patch_summaries(interface)),
         ]
 
     def place(self, point: int) -> str:
-        """Coordinates of a contact point."""
-        return "(" + ", ".join(f"{x:.5g}" for x in self.analysis.interface.points[point]) + ") m"
+        """Coordinates of a contact point, with its patch if there are several."""
+        interface = self.analysis.interface
+        place = "(" + ", ".join(f"{x:.5g}" for x in interface.points[point]) + ") m"
+        several = len(interface.names) > 1
+        return f"{place} of {interface.names[interface.patch[point]]}" if several else place
 
-    def largest(self, mode: int, amplitude: float) -> str:
-        """Largest displacement component of a mode at an amplitude in kg^1/2 m."""
-        shape = np.abs(self.analysis.reduction.shapes[:, mode]).max(initial=0.0)
-        shape = self.analysis.solid.tagged.mesh.comm.allreduce(shape, op=MPI.MAX)
-        return f"{shape * amplitude:.4g} m"
+    def largest(self, q: Array, force: Array) -> str:
+        """Largest displacement component of coordinates in kg^1/2 m and contact forces in N."""
+        largest = np.abs(self.analysis.reduction.displacement(q, force)).max(initial=0.0)
+        largest = self.analysis.solid.tagged.mesh.comm.allreduce(largest, op=MPI.MAX)
+        return f"{largest:.4g} m"
 
     def arrays(self) -> dict[str, Array]:
         """Contact points everywhere; mesh and shapes on rank 0."""
@@ -71,6 +78,8 @@ class MeshReport:
             "contact/points": interface.points,
             "contact/directions": interface.directions,
             "contact/areas": interface.areas,
+            "contact/patches": interface.patch,
+            "contact/patch_names": np.array([name.encode() for name in interface.names]),
         }
         return {**contact, **gathered_basis(self.analysis)}
 

@@ -40,9 +40,12 @@ class StoredBranch:
         elasticity_row: Row of it at each sampling point of each cell, shape (cells, s).
         contact_points: Places of the contact points in m, shape (n_c, 3).
         contact_directions: Unit vectors towards the obstacle, shape (n_c, dim).
-        contact_areas: Tributary areas in m^2, shape (n_c,).
         contact_facets: Nodes of each contact facet in VTK's order, shape (facets, nodes a facet).
-        contact_patch: Contact nodes, and the contact point that stands for each: two rows.
+        facet_patch: Patch of each facet, shape (facets,).
+        facet_side: 0 for facets of the patch, 1 for those opposite to it, shape (facets,).
+        contact_patches: Patch of each contact point, shape (n_c,).
+        contact_pressures: Node, contact point, and pressure in Pa there per N of the point's force:
+            three rows.
         inertia: Harmonics of the displacement in m, shape (N + 1, n, dim), that full order adds at
             points, by their position.
     """
@@ -59,9 +62,11 @@ class StoredBranch:
     elasticity_row: Indices
     contact_points: Array
     contact_directions: Array
-    contact_areas: Array
     contact_facets: Indices
-    contact_patch: Indices
+    facet_patch: Indices
+    facet_side: Indices
+    contact_patches: Indices
+    contact_pressures: Array
     inertia: Mapping[float, Array]
 
     @property
@@ -133,14 +138,17 @@ class StoredBranch:
         forces = contact_forces(model, self.series, point, phase)
         return model.gap - self.series.basis_at(phase) @ point.free + forces @ model.R
 
-    def pressure(self, point: BranchPoint, phase: Array) -> Array:
-        """Contact pressure in Pa at the contact points, shape (len(phase), n_c)."""
-        forces = contact_forces(self.header.model, self.series, point, phase)
-        return forces / self.contact_areas
+    def forces(self, point: BranchPoint, phase: Array) -> Array:
+        """Contact forces in N, shape (len(phase), n_c)."""
+        return contact_forces(self.header.model, self.series, point, phase)
 
     def modal_field(self, coordinates: Array) -> Array:
         """Displacement in m of given modal coordinates (J,) without contact, shape (n, dim)."""
         return np.tensordot(coordinates, self.shapes, 1)
+
+    def field(self, coordinates: Array, forces: Array) -> Array:
+        """Displacement in m of modal coordinates (J,) and contact forces (n_c,), shape (n, dim)."""
+        return self._field(coordinates, forces, None)
 
     def _field(self, coordinates: Array, forces: Array, nodes: Indices | None) -> Array:
         chosen = slice(None) if nodes is None else nodes
@@ -181,9 +189,11 @@ def read_stored_branch(path: Path) -> StoredBranch:
             elasticity_row=file["material/row"][:],
             contact_points=_in_space(file["contact/points"][:]),
             contact_directions=file["contact/directions"][:],
-            contact_areas=file["contact/areas"][:],
             contact_facets=file["contact/facets"][:],
-            contact_patch=file["contact/patch"][:],
+            facet_patch=file["contact/facet_patch"][:],
+            facet_side=file["contact/facet_side"][:],
+            contact_patches=file["contact/patches"][:],
+            contact_pressures=file["contact/pressures"][:],
             inertia={
                 float(values.attrs["position"]): values[:]
                 for values in file.get("inertia", {}).values()

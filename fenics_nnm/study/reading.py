@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Plate, Rod
 from fenics_nnm.study.body import MeshFile
+from fenics_nnm.study.contact import ContactSection, PatchesSection
 from fenics_nnm.study.material import material_record
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.messages import first_error, plain, shown
@@ -50,10 +51,12 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
     """
     values = _prepared(values, path.parent)
     kind = _kind(values, path)
-    part = _matrices_record(values, path) or _mesh_record(values, path)
+    parts = [
+        _matrices_record(values, path) or _mesh_record(values, path),
+        _contact_record(values, path) if kind is MeshStudy else None,
+    ]
     try:
-        if part is not None:
-            name, record = part
+        for name, record in filter(None, parts):
             values = {**values, name: _checked(record, values[name], (name,), path)}
         if kind is MeshStudy:
             values = {**values, **_listed(values, path)}
@@ -134,13 +137,28 @@ def _numbered(name: str, number: int, given: Any) -> str:
     return name if isinstance(given, dict) else f"{name}[{number}]"
 
 
+def _contact_record(
+    values: dict[str, Any], path: Path
+) -> tuple[str, type[ContactSection | PatchesSection]] | None:
+    """Record that the contact section of a mesh is meant for: one patch, or several."""
+    contact = values.get("contact")
+    if isinstance(contact, list):
+        raise StudyError(
+            f"{path}: contact: is a list of sections: several patches must be written "
+            "[[contact.patch]]"
+        )
+    if not isinstance(contact, dict):
+        return None
+    return "contact", PatchesSection if "patch" in contact else ContactSection
+
+
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
     values = copy.deepcopy(values)
     for part in _tables(values, ("clamp", "contact", *_LISTED)):
-        for key in ("cells", "facets"):
-            if isinstance(part.get(key), str):
-                part[key] = [part[key]]
+        _prepare(part, folder)
+        for patch in _tables(part, ("patch",)):
+            _prepare(patch, folder)
     paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
     for section, keys in paths.items():
         table = values.get(section)
@@ -159,6 +177,16 @@ def _tables(values: dict[str, Any], names: tuple[str, ...]) -> list[dict[str, An
     found = [values.get(name) for name in names]
     flat = [table for each in found for table in (each if isinstance(each, list) else [each])]
     return [table for table in flat if isinstance(table, dict)]
+
+
+def _prepare(table: dict[str, Any], folder: Path) -> None:
+    """Make single names of groups lists, and the path of a casing's table relative."""
+    for key in ("against", "cells", "facets"):
+        if isinstance(table.get(key), str):
+            table[key] = [table[key]]
+    casing = table.get("casing")
+    if isinstance(casing, dict) and isinstance(casing.get("file"), str):
+        casing["file"] = str(folder / casing["file"])
 
 
 def _matrix_files(matrices: Any) -> tuple[str, ...]:

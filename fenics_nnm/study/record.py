@@ -7,16 +7,24 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 Count = Annotated[int, Field(gt=0)]
 Auto = Literal["auto"]
 FromList = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
 Vector = Annotated[
-    tuple[Annotated[float, Field(allow_inf_nan=False)], ...],
+    tuple[Finite, ...],
     Field(min_length=1, max_length=3),
     FromList,
 ]
 Name = Annotated[str, Field(min_length=1)]
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
+
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def axis_vector(axis: str | tuple[float, ...] | None) -> tuple[float, ...]:
+    """The vector of "x", "y", "z" or of a vector, empty for none."""
+    return _AXES[axis] if isinstance(axis, str) else axis or ()
 
 
 class Record(BaseModel):

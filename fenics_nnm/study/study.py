@@ -10,7 +10,12 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.study.body import BodySection, ClampSection, MeshFile
-from fenics_nnm.study.contact import ContactSection, LawSection, MatrixContactSection
+from fenics_nnm.study.contact import (
+    ContactSection,
+    LawSection,
+    MatrixContactSection,
+    PatchesSection,
+)
 from fenics_nnm.study.continuation import ContinuationSection
 from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
@@ -180,7 +185,7 @@ class MeshStudy(_AnyStudy):
     body: BodySection
     material: Materials
     clamp: ClampSection | None = None
-    contact: ContactSection
+    contact: ContactSection | PatchesSection
 
     @model_validator(mode="after")
     def _materials_have_cells(self) -> MeshStudy:

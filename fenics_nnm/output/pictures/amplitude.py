@@ -9,6 +9,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.output.pictures.style import Unit, unit_for
 from fenics_nnm.output.stored_branch import StoredBranch
 
 #: Instants of a period at which the largest displacement is looked for.
@@ -20,14 +21,22 @@ class Amplitude:
     """Largest distance from rest over a period at each point of a branch.
 
     Attributes:
-        values: In m, shape (points,).
-        label: Label of an axis in mm.
+        values: In the unit, shape (points,).
+        label: Label of an axis.
         told: What it is, in words.
+        unit: The unit.
     """
 
     values: Array
     label: str
     told: str
+    unit: Unit
+
+
+def _amplitude(values: list[float], name: str, told: str) -> Amplitude:
+    unit = unit_for(np.array(values), "m")
+    label, told = f"{name}  ({unit.name})", told.format(unit=unit.name)
+    return Amplitude(unit.factor * np.array(values), label, told, unit)
 
 
 def amplitude_of(results: Results) -> Amplitude:
@@ -37,19 +46,23 @@ def amplitude_of(results: Results) -> Amplitude:
         values = [
             np.abs(results.contact_displacement(point, phase)).max() for point in results.points
         ]
-        told = "the largest displacement of a contact point from rest over the period, in mm"
-        return Amplitude(np.array(values), "largest displacement at contact  (mm)", told)
+        told = "the largest displacement of a contact point from rest over the period, in {unit}"
+        return _amplitude(values, "largest displacement at contact", told)
     body, tip = results.body, np.array([tip_of(results.body)])
     values = [
         np.linalg.norm(body.displacement(point, phase, tip), axis=2).max()
         for point in results.points
     ]
-    x, y, z = 1e3 * body.nodes[tip[0]]
     told = (
-        "the largest displacement from rest over the period, in mm, of the node that moves most, "
-        f"at ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+        "the largest displacement from rest over the period, in {unit}, of the node that moves "
+        f"most, at {place_of(body.nodes[tip[0]])}"
     )
-    return Amplitude(np.array(values), "largest displacement  (mm)", told)
+    return _amplitude(values, "largest displacement", told)
+
+
+def place_of(at: Array) -> str:
+    """A place (x, y, z) in m in words."""
+    return "({:.4g}, {:.4g}, {:.4g}) mm".format(*(1e3 * at))
 
 
 def tip_of(body: StoredBranch) -> int:

@@ -62,6 +62,8 @@ _LINES = {
 #: Energies that span more than this factor are drawn on a logarithmic axis.
 _LOGARITHMIC = 30
 
+_ENERGY = "total energy  (J)"
+
 #: Numbers of internal resonances stand so far apart, in points.
 _LETTER = 9.0
 
@@ -126,7 +128,7 @@ def plot_backbone(
     left.axvline(1, color=GREY, lw=0.8, ls=":", label="grazing")
     label(left, GAMMA, "frequency  (Hz)")
     _set_energy_scale(right, energies)
-    label(right, "total energy  (J)", "")
+    label(right, _ENERGY, "")
     legend_below(figure, left, columns=4)
     figure.suptitle(title, fontsize=10)
     figure.savefig(path, dpi=150)
@@ -137,10 +139,9 @@ def frequency_plots(results: Results) -> list[Plot]:
     amplitude = amplitude_of(results)
     axes = [
         ("frequency_gamma", "gamma", GAMMA, results.ratios, "gamma_ratio"),
-        ("frequency_energy", "energy", "total energy  (J)", _of(results.points, "energy"),
-         "energy"),
-        ("frequency_amplitude", "amplitude", amplitude.label, 1e3 * amplitude.values, ""),
-    ]  # fmt: skip
+        ("frequency_energy", "energy", _ENERGY, _of(results.points, "energy"), "energy"),
+        ("frequency_amplitude", "amplitude", amplitude.label, amplitude.values, ""),
+    ]
     return [_frequency_plot(results, *each, amplitude.told) for each in axes]
 
 

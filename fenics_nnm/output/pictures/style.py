@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from fenics_nnm.arrays import Array
 
@@ -31,6 +33,8 @@ TIME = "time over period  t / T  (1)"
 
 #: Width of a plot in inches; with letters of 9 points it is still read at 8 cm.
 WIDTH = 4.6
+
+_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "\N{MICRO SIGN}": 1e-6, "n": 1e-9}
 
 #: Dots per inch of PNG files.
 DPI = 200
@@ -83,10 +87,16 @@ def label(axes: Axes, abscissa: str, ordinate: str) -> None:
     axes.set_ylabel(ordinate, fontsize=9)
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.3, lw=0.6)
-    for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
+    for axis in (axes.xaxis, axes.yaxis):
         if axis.get_scale() == "linear":
             axis.set_major_locator(MaxNLocator(6))
-            axes.ticklabel_format(axis=name, useOffset=False)
+            axis.set_major_formatter(ScalarFormatter(useOffset=False))
+
+
+def label_bar(bar: Colorbar, name: str) -> None:
+    """Label and letters of a colour bar."""
+    bar.set_label(name, fontsize=9)
+    bar.ax.tick_params(labelsize=8)
 
 
 def legend_below(figure: Figure, axes: Axes, columns: int = 2, title: str = "") -> None:
@@ -103,6 +113,28 @@ def legend_below(figure: Figure, axes: Axes, columns: int = 2, title: str = "") 
             title_fontsize=8,
             frameon=False,
         )
+
+
+class Unit(NamedTuple):
+    """A unit with its prefix, and how many of it are one unit without."""
+
+    name: str
+    factor: float
+
+
+def unit_for(values: Array, base: str) -> Unit:
+    """The unit that makes the largest value an easy number, such as mm or MPa.
+
+    Args:
+        values: Values in the unit without prefix.
+        base: That unit: "m", "m/s", "N", "Pa" or "J". Lengths get no prefix above 1.
+    """
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    length = base.startswith("m")
+    for prefix, size in _PREFIXES.items():
+        if not (length and size > 1) and largest >= size * (0.1 if length else 1.0):
+            return Unit(prefix + base, 1 / size)
+    return Unit(base, 1.0)
 
 
 def shades(count: int) -> Array:

@@ -72,7 +72,7 @@ def read_mesh(path: Path, length_unit: str, comm: MPI.Comm) -> TaggedMesh:
     Raises:
         MeshError: if the file cannot be used; the message says why.
     """
-    return tagged_mesh(lambda: read_raw(path), METRES[length_unit], comm)
+    return spread_mesh(lambda: read_raw(path), METRES[length_unit], comm)
 
 
 def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
@@ -89,9 +89,15 @@ def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
             geometry.build(gmsh.model)
             return extracted(name)
 
-    return tagged_mesh(read, METRES[geometry.length_unit], comm)
+    return spread_mesh(read, METRES[geometry.length_unit], comm)
 
 
-def tagged_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> TaggedMesh:
-    """Spread the mesh that rank 0 reads over the ranks, in metres."""
+def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> TaggedMesh:
+    """Spread the mesh that rank 0 reads over the ranks.
+
+    Args:
+        read: Called on rank 0 alone; what it raises is raised on all ranks.
+        metres: Metres in one unit of its coordinates.
+        comm: Communicator of the mesh.
+    """
     return TaggedMesh(*distributed(read, metres, comm))

@@ -11,8 +11,9 @@ from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Plate, Rod
-from fenics_nnm.study.body import MeshFile
+from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
+from fenics_nnm.study.mesh import CAD_ENDINGS, CadFile, MeshFile
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
 
@@ -49,6 +50,8 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
         if part is not None:
             name, record = part
             values = {**values, name: _checked(record, values[name], (name,), path)}
+        if "groups" in values and kind is MeshStudy:
+            values = {**values, "groups": _groups(values["groups"], path)}
         return _checked(kind, values, (), path)
     except ValidationError as error:
         raise StudyError(f"{path}: {error}") from error
@@ -72,6 +75,21 @@ def _checked(record: type[BaseModel], values: Any, place: tuple[str, ...], path:
         raise StudyError(f"{path}: {first_error(error, record, values, place)}") from error
 
 
+def _groups(groups: Any, path: Path) -> dict[str, Any]:
+    """Picked groups, checked one by one: their names may be any."""
+    if not isinstance(groups, dict):
+        raise StudyError(f"{path}: groups = {shown(groups)}: must be a section with keys")
+    for name, group in groups.items():
+        if not isinstance(group, dict):
+            raise StudyError(
+                f"{path}: groups.{name} = {shown(group)}: must be a section with conditions"
+            )
+    return {
+        name: _checked(GroupSection, _listed(group), ("groups", name), path)
+        for name, group in groups.items()
+    }
+
+
 def _matrices_record(
     values: dict[str, Any], path: Path
 ) -> tuple[str, type[MatrixArchive | MatrixFiles]] | None:
@@ -92,14 +110,15 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     if not isinstance(mesh, dict):
         raise StudyError(f"{path}: mesh = {shown(mesh)}: must be a section with keys")
     if "file" in mesh:
-        return "mesh", MeshFile
+        cad = isinstance(mesh["file"], str) and Path(mesh["file"]).suffix.lower() in CAD_ENDINGS
+        return "mesh", CadFile if cad else MeshFile
     models: dict[str, type[BaseModel]] = {"rod": Rod, "beam": Beam, "plate": Plate, "blade": Blade}
     model = mesh.get("model")
     if not isinstance(model, str) or model not in models:
         known = ", ".join(f'"{name}"' for name in models)
         given = f"mesh.model = {shown(model)}:" if "model" in mesh else "mesh.model: is missing,"
         raise StudyError(
-            f"{path}: {given} must be one of {known}, or mesh.file the name of a .msh file"
+            f"{path}: {given} must be one of {known}, or mesh.file the name of a mesh or CAD file"
         )
     return "mesh", models[model]
 
@@ -108,9 +127,11 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
     values = {key: dict(item) if isinstance(item, dict) else item for key, item in values.items()}
     for section in ("clamp", "contact"):
-        table = values.get(section)
-        if isinstance(table, dict) and isinstance(table.get("facets"), str):
-            table["facets"] = [table["facets"]]
+        if isinstance(values.get(section), dict):
+            values[section] = _listed(values[section])
+    mesh = values.get("mesh")
+    if isinstance(mesh, dict) and isinstance(mesh.get("refine"), list):
+        mesh["refine"] = [_listed(r) if isinstance(r, dict) else r for r in mesh["refine"]]
     paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
     for section, keys in paths.items():
         table = values.get(section)
@@ -122,6 +143,12 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     if isinstance(start, dict) and isinstance(start.get("file"), str):
         values["continuation"]["start"] = {**start, "file": str(folder / start["file"])}
     return values
+
+
+def _listed(table: dict[str, Any]) -> dict[str, Any]:
+    """A section whose single name of a group is made a list."""
+    facets = table.get("facets")
+    return {**table, "facets": [facets]} if isinstance(facets, str) else table
 
 
 def _matrix_files(matrices: Any) -> tuple[str, ...]:

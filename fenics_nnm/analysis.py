@@ -28,6 +28,7 @@ from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massles
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid
 from fenics_nnm.meshing import tagged_mesh
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
@@ -221,12 +222,10 @@ def _multipliers(study: Study) -> MultiplierLoop | None:
 
 
 def _body(study: MeshStudy) -> Body:
-    material, body = study.material, study.body
+    body = study.body
     return Body(
         theory=body.theory,
-        young=material.young,
-        poisson=material.poisson,
-        density=material.density,
+        regions=tuple(Region(each.material, each.cells or ()) for each in study.material),
         extent=body.extent,
         degree=body.degree,
     )

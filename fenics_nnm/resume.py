@@ -161,8 +161,8 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     """Keys and values that the points, or their positions along the branch, depend on."""
     for section, values in study.model_dump(by_alias=True).items():
         if section not in _FREE and values is not None:
-            for key, value in values.items():
-                yield f"{section}.{key}", value
+            for name, table in _tables(section, values):
+                yield from ((f"{name}.{key}", value) for key, value in table.items())
     chosen = study.continuation
     yield "continuation.parameter", chosen.parameter
     yield "continuation.internal_resonance", "follow" if chosen.by_arc else "skip"
@@ -170,6 +170,15 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
         begins = chosen.start.model_dump() if chosen.start else {}
         yield "continuation.energies.from", chosen.energies.start
         yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
+
+
+def _tables(section: str, values: Any) -> list[tuple[str, dict[str, Any]]]:
+    """Names and keys of a section, or of several of that name, counted from 1."""
+    if isinstance(values, dict):
+        return [(section, values)]
+    if len(values) == 1:
+        return [(section, values[0])]
+    return [(f"{section}[{number}]", table) for number, table in enumerate(values, start=1)]
 
 
 def _value(value: Any) -> str:

@@ -34,7 +34,7 @@ from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file, journal
 from fenics_nnm.output.auto_report import summary_of, told, warn_of
 from fenics_nnm.output.journal import Journal
-from fenics_nnm.output.plots import plot_backbone
+from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.output.staging import Staging, Stopped, claim, publish, rescue, stopped_runs
 from fenics_nnm.output.tables import write_backbone, write_summary
@@ -117,17 +117,10 @@ def run_study(
         if comm.rank == 0 and not resume:
             _tell(stopped)
         chosen = choice(study, comm, stages, found=stored.header.resolution if stored else None)
-        while True:
-            analysis = chosen.analysis
-            recorder = _Recorder(chosen, text, staging, stored, comm, stages)
-            branch = recorder.follow(analysis)
-            finer = improved(chosen, branch.points, comm, stages)
-            if finer is None:
-                break
-            chosen, stored = finer, None
+        recorder, branch = _followed(chosen, text, staging, stored, comm, stages)
         with stages.stage("output"):
-            fields = staging.path / "fields"
-            report_of(analysis).write_fields(fields, chosen.study, branch, stages)
+            analysis, fields = recorder.chosen.analysis, staging.path / "fields"
+            report_of(analysis).write_fields(fields, recorder.study, branch, stages)
             summary = recorder.write_tables(analysis, branch)
         with uninterrupted():
             on_root(comm, lambda: publish(staging.path, folder))
@@ -145,8 +138,26 @@ def run_study(
             staging.release()
     if comm.rank == 0:
         _warn(branch)
-        warn_of(chosen, branch)
-    return RunResult(folder, branch, summary, told(chosen, branch))
+        warn_of(recorder.chosen, branch)
+    return RunResult(folder, branch, summary, told(recorder.chosen, branch))
+
+
+def _followed(
+    chosen: Choice,
+    text: str,
+    staging: Staging,
+    stored: StoredRun | None,
+    comm: MPI.Comm,
+    stages: Stages,
+) -> tuple[_Recorder, Branch]:
+    """Follow the branch, again from its beginning while "auto" asks for finer numbers."""
+    while True:
+        recorder = _Recorder(chosen, text, staging, stored, comm, stages)
+        branch = recorder.follow(chosen.analysis)
+        finer = improved(chosen, branch.points, comm, stages)
+        if finer is None:
+            return recorder, branch
+        chosen, stored = finer, None
 
 
 def _to_resume(staging: Staging, stopped: tuple[Stopped, ...], text: str) -> StoredRun | None:

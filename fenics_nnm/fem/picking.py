@@ -86,21 +86,33 @@ class Radii:
     low: float
     high: float
 
-    def _radius(self, surface: Boundary) -> Array:
-        apart = surface.corners - _fitted(self.origin, surface.dim, "origin")
+    def _apart(self, surface: Boundary, points: Array) -> Array:
+        """Vectors from the axis to points of shape (..., dim)."""
+        apart = points - _fitted(self.origin, surface.dim, "origin")
         if surface.dim == 3:
             axis = _unit(self.axis, 3, "axis")
-            apart = apart - (apart @ axis)[..., None] * axis
-        elif any(self.axis[: surface.dim]):
+            return np.asarray(apart - (apart @ axis)[..., None] * axis)
+        if any(self.axis[: surface.dim]):
             raise MeshError(f"axis = {_shown(self.axis)}: must be normal to the mesh: [0, 0, 1]")
-        return np.asarray(np.linalg.norm(apart, axis=2))
+        return apart
+
+    def _radius(self, surface: Boundary) -> Array:
+        return np.asarray(np.linalg.norm(self._apart(surface, surface.corners), axis=2))
 
     def holds(self, surface: Boundary, tolerance: Array) -> Any:
-        """Where all corners lie between the radii."""
+        """Where all corners lie between the radii.
+
+        Facets of a cylinder face its axis too: a flat end may have facets with all corners on it.
+        """
         radius = self._radius(surface)
-        return (radius.min(axis=1) >= self.low - tolerance) & (
+        inside = (radius.min(axis=1) >= self.low - tolerance) & (
             radius.max(axis=1) <= self.high + tolerance
         )
+        if self.low < self.high:
+            return inside
+        apart = self._apart(surface, surface.centres)
+        along = np.abs(np.sum(apart * surface.normals, axis=1))
+        return inside & (along > np.linalg.norm(apart, axis=1) / 2)
 
     def told(self, surface: Boundary) -> str:
         """The radii, and those that the surface has."""

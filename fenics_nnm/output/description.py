@@ -26,6 +26,7 @@ def describe(study: Study, analysis: Analysis) -> str:
         f"grazing          at {energy:.6g} J for mode {study.mode.number}, first at "
         f"{report.place(first)}",
         f"largest motion   {report.largest(mode, amplitude)} when it grazes",
+        *report.groups(),
         "",
         " mode   frequency (Hz)   motion at contact (kg^-1/2)",
     ]

@@ -18,6 +18,7 @@ from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.group_table import group_table
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
 
@@ -42,15 +43,18 @@ class MeshReport:
         }
 
     def heading(self) -> list[str]:
-        """Mesh, groups and contact in words."""
+        """Mesh and contact in words."""
         solid, interface = self.analysis.solid, self.analysis.interface
         return [
             f"mesh             {self._cells()} cells, {solid.dofs} degrees of freedom",
             f"bounding box     {self._box()} m",
-            f"facet groups     {', '.join(sorted(solid.tagged.facets))}",
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
             f"gap {interface.gap.min():.4g} m",
         ]
+
+    def groups(self) -> list[str]:
+        """Table of the named groups."""
+        return group_table(self.analysis.solid.tagged)
 
     def place(self, point: int) -> str:
         """Coordinates of a contact point."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +14,14 @@ from pydantic import BaseModel, ValidationError
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Plate, Rod
 from fenics_nnm.study.groups import GroupSection
+from fenics_nnm.study.material import material_record
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.mesh import CAD_ENDINGS, CadFile, MeshFile
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
+
+#: Record of each section that may come several times, by its values.
+_LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {"material": material_record}
 
 
 def read_study(path: Path) -> Study:
@@ -50,8 +56,8 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
         if part is not None:
             name, record = part
             values = {**values, name: _checked(record, values[name], (name,), path)}
-        if "groups" in values and kind is MeshStudy:
-            values = {**values, "groups": _groups(values["groups"], path)}
+        if kind is MeshStudy:
+            values = {**values, **_listed(values, path), **_groups(values, path)}
         return _checked(kind, values, (), path)
     except ValidationError as error:
         raise StudyError(f"{path}: {error}") from error
@@ -75,8 +81,11 @@ def _checked(record: type[BaseModel], values: Any, place: tuple[str, ...], path:
         raise StudyError(f"{path}: {first_error(error, record, values, place)}") from error
 
 
-def _groups(groups: Any, path: Path) -> dict[str, Any]:
-    """Picked groups, checked one by one: their names may be any."""
+def _groups(values: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Picked groups, checked one by one, as their names may be any."""
+    if "groups" not in values:
+        return {}
+    groups = values["groups"]
     if not isinstance(groups, dict):
         raise StudyError(f"{path}: groups = {shown(groups)}: must be a section with keys")
     for name, group in groups.items():
@@ -85,8 +94,10 @@ def _groups(groups: Any, path: Path) -> dict[str, Any]:
                 f"{path}: groups.{name} = {shown(group)}: must be a section with conditions"
             )
     return {
-        name: _checked(GroupSection, _listed(group), ("groups", name), path)
-        for name, group in groups.items()
+        "groups": {
+            name: _checked(GroupSection, group, ("groups", name), path)
+            for name, group in groups.items()
+        }
     }
 
 
@@ -123,15 +134,35 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     return "mesh", models[model]
 
 
+def _listed(values: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Sections that may come several times, each checked as the record that it is meant for."""
+    checked = {}
+    for name, record in _LISTED.items():
+        if name not in values:
+            continue
+        given = values[name]
+        sections = [given] if isinstance(given, dict) else given
+        if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
+            raise StudyError(f"{path}: {name} = {shown(given)}: must be a section with keys")
+        checked[name] = tuple(
+            _checked(record(section), section, (_numbered(name, number, given),), path)
+            for number, section in enumerate(sections, start=1)
+        )
+    return checked
+
+
+def _numbered(name: str, number: int, given: Any) -> str:
+    """Name of one of several sections, counted from 1."""
+    return name if isinstance(given, dict) else f"{name}[{number}]"
+
+
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
-    values = {key: dict(item) if isinstance(item, dict) else item for key, item in values.items()}
-    for section in ("clamp", "contact"):
-        if isinstance(values.get(section), dict):
-            values[section] = _listed(values[section])
-    mesh = values.get("mesh")
-    if isinstance(mesh, dict) and isinstance(mesh.get("refine"), list):
-        mesh["refine"] = [_listed(r) if isinstance(r, dict) else r for r in mesh["refine"]]
+    values = copy.deepcopy(values)
+    for part in _tables(values, ("clamp", "contact", *_LISTED)) + _picking(values):
+        for key in ("cells", "facets"):
+            if isinstance(part.get(key), str):
+                part[key] = [part[key]]
     paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
     for section, keys in paths.items():
         table = values.get(section)
@@ -145,10 +176,20 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     return values
 
 
-def _listed(table: dict[str, Any]) -> dict[str, Any]:
-    """A section whose single name of a group is made a list."""
-    facets = table.get("facets")
-    return {**table, "facets": [facets]} if isinstance(facets, str) else table
+def _tables(values: dict[str, Any], names: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Sections of some names, of which there may be several each."""
+    found = [values.get(name) for name in names]
+    flat = [table for each in found for table in (each if isinstance(each, list) else [each])]
+    return [table for table in flat if isinstance(table, dict)]
+
+
+def _picking(values: dict[str, Any]) -> list[dict[str, Any]]:
+    """Tables that name groups of facets inside [groups] and mesh.refine."""
+    groups, mesh = values.get("groups"), values.get("mesh")
+    tables = list(groups.values()) if isinstance(groups, dict) else []
+    refine = mesh.get("refine") if isinstance(mesh, dict) else None
+    tables += refine if isinstance(refine, list) else []
+    return [table for table in tables if isinstance(table, dict)]
 
 
 def _matrix_files(matrices: Any) -> tuple[str, ...]:

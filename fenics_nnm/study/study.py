@@ -10,10 +10,11 @@ from pydantic import model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
-from fenics_nnm.study.body import BodySection, ClampSection, MaterialSection
+from fenics_nnm.study.body import BodySection, ClampSection
 from fenics_nnm.study.contact import ContactSection, LawSection, MatrixContactSection
 from fenics_nnm.study.continuation import ContinuationSection
 from fenics_nnm.study.groups import GroupSection
+from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.mesh import CadFile, MeshFile
 from fenics_nnm.study.output import OutputSection
@@ -181,9 +182,19 @@ class MeshStudy(_AnyStudy):
     mesh: MeshFile | CadFile | Geometry
     groups: Mapping[str, GroupSection] = {}
     body: BodySection
-    material: MaterialSection
+    material: Materials
     clamp: ClampSection | None = None
     contact: ContactSection
+
+    @model_validator(mode="after")
+    def _materials_have_cells(self) -> MeshStudy:
+        for number, section in enumerate(self.material, start=1):
+            if len(self.material) > 1 and section.cells is None:
+                raise ValueError(
+                    f"material[{number}].cells: is missing: with several materials each names its "
+                    "groups of cells"
+                )
+        return self
 
 
 class MatrixStudy(_AnyStudy):

@@ -52,9 +52,9 @@ _LARGEST_EQUATION_ERROR = 1e-6
 
 #: Verified: return error after a period, error of the energy of the initial state, and what the
 #: exact motion, and the motion without reduction if that is known, may differ by from the point.
-_VERIFIED_RETURN_ERROR = 0.05
+VERIFIED_RETURN_ERROR = 0.05
 _VERIFIED_START_ENERGY = 0.01
-_VERIFIED_CHANGE = 1e-3
+VERIFIED_CHANGE = 1e-3
 _VERIFIED_DISTANCE = 0.1
 _VERIFIED_SHOT_RETURN_ERROR = 1e-10
 
@@ -192,15 +192,15 @@ def _failure(point: BranchPoint, found: Return) -> str:
 
 def _doubt(point: BranchPoint, found: Return) -> str:
     """Why integration in time does not confirm the point, or nothing."""
-    if abs(point.reduction_error) > _VERIFIED_CHANGE:
+    if abs(point.reduction_error) > VERIFIED_CHANGE:
         return f"the reduction is expected to put its frequency off by {point.reduction_error:+.2%}"
     if np.isnan(point.shot_frequency):
         return _doubt_without_exact_motion(point, found)
     if abs(found.start_energy) > _VERIFIED_START_ENERGY:
         return _energy_off(found)
-    if point.return_error > _VERIFIED_RETURN_ERROR:
+    if point.return_error > VERIFIED_RETURN_ERROR:
         return f"after one period the motion misses its start by {point.return_error:.1%}"
-    if abs(_shot_change(point)) > _VERIFIED_CHANGE:
+    if abs(_shot_change(point)) > VERIFIED_CHANGE:
         return f"the exact motion of its energy is {_shot_change(point):+.2%} away in frequency"
     if point.shot_distance > _VERIFIED_DISTANCE:
         return f"the exact motion of its energy is {point.shot_distance:.0%} of the amplitude away"

@@ -10,11 +10,16 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.errors import StudyError
-from fenics_nnm.geometry import Beam, Blade, Plate, Rod
+from fenics_nnm.geometry import Beam, Blade, Fork, Plate, Rod, Shroud
 from fenics_nnm.study.body import MeshFile
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
+
+_MODELS: dict[str, type[BaseModel]] = {
+    str(record.model_fields["model"].default): record
+    for record in (Rod, Beam, Plate, Fork, Shroud, Blade)
+}
 
 
 def read_study(path: Path) -> Study:
@@ -93,15 +98,14 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
         raise StudyError(f"{path}: mesh = {shown(mesh)}: must be a section with keys")
     if "file" in mesh:
         return "mesh", MeshFile
-    models: dict[str, type[BaseModel]] = {"rod": Rod, "beam": Beam, "plate": Plate, "blade": Blade}
     model = mesh.get("model")
-    if not isinstance(model, str) or model not in models:
-        known = ", ".join(f'"{name}"' for name in models)
+    if not isinstance(model, str) or model not in _MODELS:
+        known = ", ".join(f'"{name}"' for name in _MODELS)
         given = f"mesh.model = {shown(model)}:" if "model" in mesh else "mesh.model: is missing,"
         raise StudyError(
             f"{path}: {given} must be one of {known}, or mesh.file the name of a .msh file"
         )
-    return "mesh", models[model]
+    return "mesh", _MODELS[model]
 
 
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -111,7 +115,10 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
         table = values.get(section)
         if isinstance(table, dict) and isinstance(table.get("facets"), str):
             table["facets"] = [table["facets"]]
-    paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
+    paths = {
+        "mesh": ("file", "sections", "hub", "casing"),
+        "matrices": _matrix_files(values.get("matrices")),
+    }
     for section, keys in paths.items():
         table = values.get(section)
         for key in keys:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ class MatrixReport:
 
     analysis: MatrixAnalysis
 
-    def sizes(self) -> dict[str, float]:
+    def sizes(self) -> dict[str, Any]:
         """Numbers of unknowns and contact rows."""
         matrices = self.analysis.matrices
         return {"dofs": matrices.size, "contact_points": matrices.points}
@@ -39,6 +40,10 @@ class MatrixReport:
             "without mass",
             f"contact          {matrices.points} rows, gap {gaps}",
         ]
+
+    def groups(self) -> list[str]:
+        """Nothing: matrices have no groups."""
+        return []
 
     def place(self, point: int) -> str:
         """Number of a contact row."""
@@ -57,5 +62,5 @@ class MatrixReport:
             "basis/residual_shapes": reduction.residual_shapes.T,
         }
 
-    def write_fields(self, folder: Path, study: Study, branch: Branch, stages: Stages) -> None:
+    def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
         """Nothing: without a mesh there is nothing to see in ParaView."""

@@ -260,6 +260,7 @@ def test_a_study_of_a_pressed_rod(study_file: StudyFile, command: Command, tmp_p
     assert command("run", study, "--output", "out").code == 0
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     force = ROD["material"]["young"] * ROD["body"]["area"] * 1e-3 / ROD["mesh"]["length"]
+    assert summary["at_rest"]["at_gamma_ratio_1"] == "lift-off"
     assert summary["at_rest"]["contact_force_N"] == pytest.approx(force, rel=1e-9)
     _, points = branch_file.read(tmp_path / "out/branch.h5")
     assert points[-1].status == "verified"

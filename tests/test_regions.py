@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import small_meshes
+import ufl
 from conftest import PLATE, ROD, Ended
 from dolfinx import fem
 from mpi4py import MPI
@@ -17,6 +18,7 @@ from test_mpi import on_ranks
 
 from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.fem.mesh import read_mesh
+from fenics_nnm.fem.solid import stress_tensor
 from fenics_nnm.study import read_study
 
 StudyFile = Callable[..., Path]
@@ -142,3 +144,32 @@ def test_an_entity_in_two_groups_is_refused(
     materials = [{"cells": "inner", **STEEL}, {"cells": "outer", **ALUMINIUM}]
     study = study_file(ROD, mesh=FILE, material={"=": materials})
     command("check", study).assert_one_line(2, "8 have more than one", '"inner", "outer"')
+
+
+def test_stress_jumps_with_the_material(study_file: StudyFile, tmp_path: Path) -> None:
+    """One strain in both halves; an axis in the other half does not matter to the turning one."""
+    small_meshes.halves(tmp_path / "mesh.msh")
+    turning = {
+        "cells": "east",
+        "young": [4e10, 1e10, 1e10],
+        "poisson": [0.0, 0.0, 0.0],
+        "shear": [5e9, 5e9, 5e9],
+        "density": 1500.0,
+        "orientation": {"cylindrical": "z", "origin": [0.5, 0.5, 0.0]},
+    }
+    study = study_file(
+        PLATE, mesh=FILE, material={"=": [{"cells": "west", "poisson": 0.0, **STEEL}, turning]}
+    )
+    solid = linear_analysis(read_study(study), MPI.COMM_SELF).solid
+    mesh = solid.tagged.mesh
+    u = fem.Function(solid.space)
+    u.interpolate(lambda x: np.array([1e-3 * x[0], 1e-3 * x[1]]))
+    sigma = stress_tensor(u, solid)
+    x = ufl.SpatialCoordinate(mesh)
+    dx = ufl.Measure("dx", domain=mesh)
+    west, east = (ufl.conditional(side, 1.0, 0.0) for side in (ufl.lt(x[0], 1), ufl.gt(x[0], 1)))
+    # equal strains along both axes: E1 along the radius and E2 across add to the trace
+    means = [fem.assemble_scalar(fem.form(ufl.tr(sigma) * side * dx)) for side in (west, east)]
+    np.testing.assert_allclose(means, [2 * 2.1e8, 5e7], rtol=1e-9)
+    shears = fem.assemble_scalar(fem.form(sigma[0, 1] ** 2 * west * dx))
+    assert abs(shears) < 1e-6

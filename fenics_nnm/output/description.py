@@ -43,7 +43,7 @@ def describe(study: Study, analysis: Analysis) -> str:
 
 def _at_rest(rest: RestState) -> list[str]:
     """What is closed at rest, where not all gaps are open."""
-    if not (rest.closed.any() or rest.touching.any()):
+    if not rest.pressed:
         return []
     closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
     return [

@@ -58,5 +58,5 @@ class MatrixReport:
             "basis/residual_shapes": reduction.residual_shapes.T,
         }
 
-    def write_fields(self, folder: Path, study: Study, branch: Branch, stages: Stages) -> None:
+    def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
         """Nothing: without a mesh there is nothing to see in ParaView."""

@@ -216,8 +216,11 @@ class MatrixStudy(_AnyStudy):
                     f"{key}: does not go with [matrices], which hold the whole structure, "
                     "held by its clamp"
                 )
-        if isinstance(values.get("output"), dict) and "frames" in values["output"]:
-            raise ValueError("output.frames: belongs to [mesh]: matrices have no ParaView files")
+        for key in ("frames", "fields"):
+            if isinstance(values.get("output"), dict) and key in values["output"]:
+                raise ValueError(
+                    f"output.{key}: belongs to [mesh]: matrices have no ParaView files"
+                )
         return values
 
     @model_validator(mode="after")

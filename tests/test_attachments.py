@@ -126,6 +126,7 @@ BAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"mass": [{"at": [0.5, 0.0], "kg": 1.0}]}, ("mass[1].kg: unknown key",)),
     ({"mass": [{"mass": 1.0}]}, ("mass[1].at, facets: must have one of the two",)),
     ({"mass": [{"facets": "rigth", "mass": 1.0}]}, ('mass[1].facets = "rigth"', "no such group")),
+    ({"mass": [{"facets": "left", "mass": 1.0}]}, ("mass[1].facets: all are clamped",)),
     ({"mass": 1.0}, ("mass = 1.0: must be a section",)),
     ({"spring": [{"at": [1.0, 0.0]}]}, ("spring[1].stiffness, foundation",)),
     ({"spring": [{"at": [1.0, 0.0], "foundation": [1.0, 1.0]}]}, ("needs facets",)),

@@ -10,8 +10,14 @@ from pydantic import model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
+from fenics_nnm.study.attachments import MassSection, SpringSection
 from fenics_nnm.study.body import BodySection, ClampSection
-from fenics_nnm.study.contact import ContactSection, LawSection, MatrixContactSection
+from fenics_nnm.study.contact import (
+    ContactSection,
+    LawSection,
+    MatrixContactSection,
+    PatchesSection,
+)
 from fenics_nnm.study.continuation import ContinuationSection
 from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import Materials
@@ -183,8 +189,10 @@ class MeshStudy(_AnyStudy):
     groups: Mapping[str, GroupSection] = {}
     body: BodySection
     material: Materials
+    mass: tuple[MassSection, ...] = ()
+    spring: tuple[SpringSection, ...] = ()
     clamp: ClampSection | None = None
-    contact: ContactSection
+    contact: ContactSection | PatchesSection
 
     @model_validator(mode="after")
     def _materials_have_cells(self) -> MeshStudy:
@@ -206,14 +214,17 @@ class MatrixStudy(_AnyStudy):
     @model_validator(mode="before")
     @classmethod
     def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("mesh", "groups", "body", "material", "clamp"):
+        for key in ("mesh", "groups", "body", "material", "clamp", "mass", "spring"):
             if key in values:
                 raise ValueError(
                     f"{key}: does not go with [matrices], which hold the whole structure, "
                     "held by its clamp"
                 )
-        if isinstance(values.get("output"), dict) and "frames" in values["output"]:
-            raise ValueError("output.frames: belongs to [mesh]: matrices have no ParaView files")
+        for key in ("frames", "fields"):
+            if isinstance(values.get("output"), dict) and key in values["output"]:
+                raise ValueError(
+                    f"output.{key}: belongs to [mesh]: matrices have no ParaView files"
+                )
         return values
 
     @model_validator(mode="after")

@@ -161,8 +161,7 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     """Keys and values that the points, or their positions along the branch, depend on."""
     for section, values in study.model_dump(by_alias=True).items():
         if section not in _FREE and values is not None:
-            for key, value in values.items():
-                yield f"{section}.{key}", value
+            yield from _parts(section, values)
     chosen = study.continuation
     yield "continuation.parameter", chosen.parameter
     yield "continuation.internal_resonance", "follow" if chosen.by_arc else "skip"
@@ -170,6 +169,18 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
         begins = chosen.start.model_dump() if chosen.start else {}
         yield "continuation.energies.from", chosen.energies.start
         yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
+
+
+def _parts(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Keys and values of a section, of all of its name, and of the sections in it."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _parts(f"{name}.{key}", inner)
+    elif isinstance(value, tuple) and value and isinstance(value[0], dict):
+        for number, part in enumerate(value, 1):
+            yield from _parts(name if len(value) == 1 else f"{name}[{number}]", part)
+    else:
+        yield name, value
 
 
 def _value(value: Any) -> str:

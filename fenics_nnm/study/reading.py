@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,10 @@ from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Fork, Plate, Rod, Shroud
+from fenics_nnm.study.attachments import MassSection, SpringSection
 from fenics_nnm.study.body import MeshFile
+from fenics_nnm.study.contact import ContactSection, PatchesSection
+from fenics_nnm.study.material import material_record
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
@@ -19,6 +24,13 @@ from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
 _MODELS: dict[str, type[BaseModel]] = {
     str(record.model_fields["model"].default): record
     for record in (Rod, Beam, Plate, Fork, Shroud, Blade)
+}
+
+#: Record of each section that may come several times, by its values.
+_LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
+    "material": material_record,
+    "mass": lambda values: MassSection,
+    "spring": lambda values: SpringSection,
 }
 
 
@@ -49,11 +61,15 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
     """
     values = _prepared(values, path.parent)
     kind = _kind(values, path)
-    part = _matrices_record(values, path) or _mesh_record(values, path)
+    parts = [
+        _matrices_record(values, path) or _mesh_record(values, path),
+        _contact_record(values, path) if kind is MeshStudy else None,
+    ]
     try:
-        if part is not None:
-            name, record = part
+        for name, record in filter(None, parts):
             values = {**values, name: _checked(record, values[name], (name,), path)}
+        if kind is MeshStudy:
+            values = {**values, **_listed(values, path)}
         return _checked(kind, values, (), path)
     except ValidationError as error:
         raise StudyError(f"{path}: {error}") from error
@@ -108,13 +124,50 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     return "mesh", _MODELS[model]
 
 
+def _listed(values: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Sections that may come several times, each checked as the record that it is meant for."""
+    checked = {}
+    for name, record in _LISTED.items():
+        given = values.get(name, [])
+        if given == []:
+            continue
+        sections = [given] if isinstance(given, dict) else given
+        if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
+            raise StudyError(f"{path}: {name} = {shown(given)}: must be a section with keys")
+        checked[name] = tuple(
+            _checked(record(section), section, (_numbered(name, number, given),), path)
+            for number, section in enumerate(sections, start=1)
+        )
+    return checked
+
+
+def _numbered(name: str, number: int, given: Any) -> str:
+    """Name of one of several sections, counted from 1."""
+    return name if isinstance(given, dict) else f"{name}[{number}]"
+
+
+def _contact_record(
+    values: dict[str, Any], path: Path
+) -> tuple[str, type[ContactSection | PatchesSection]] | None:
+    """Record that the contact section of a mesh is meant for: one patch, or several."""
+    contact = values.get("contact")
+    if isinstance(contact, list):
+        raise StudyError(
+            f"{path}: contact: is a list of sections: several patches must be written "
+            "[[contact.patch]]"
+        )
+    if not isinstance(contact, dict):
+        return None
+    return "contact", PatchesSection if "patch" in contact else ContactSection
+
+
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
-    values = {key: dict(item) if isinstance(item, dict) else item for key, item in values.items()}
-    for section in ("clamp", "contact"):
-        table = values.get(section)
-        if isinstance(table, dict) and isinstance(table.get("facets"), str):
-            table["facets"] = [table["facets"]]
+    values = copy.deepcopy(values)
+    for part in _tables(values, ("clamp", "contact", *_LISTED)):
+        _prepare(part, folder)
+        for patch in _tables(part, ("patch",)):
+            _prepare(patch, folder)
     paths = {
         "mesh": ("file", "sections", "hub", "casing"),
         "matrices": _matrix_files(values.get("matrices")),
@@ -129,6 +182,23 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     if isinstance(start, dict) and isinstance(start.get("file"), str):
         values["continuation"]["start"] = {**start, "file": str(folder / start["file"])}
     return values
+
+
+def _tables(values: dict[str, Any], names: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Sections of some names, of which there may be several each."""
+    found = [values.get(name) for name in names]
+    flat = [table for each in found for table in (each if isinstance(each, list) else [each])]
+    return [table for table in flat if isinstance(table, dict)]
+
+
+def _prepare(table: dict[str, Any], folder: Path) -> None:
+    """Make single names of groups lists, and the path of a casing's table relative."""
+    for key in ("against", "cells", "facets"):
+        if isinstance(table.get(key), str):
+            table[key] = [table[key]]
+    casing = table.get("casing")
+    if isinstance(casing, dict) and isinstance(casing.get("file"), str):
+        casing["file"] = str(folder / casing["file"])
 
 
 def _matrix_files(matrices: Any) -> tuple[str, ...]:

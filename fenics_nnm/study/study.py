@@ -9,9 +9,16 @@ from pydantic import model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
-from fenics_nnm.study.body import BodySection, ClampSection, MaterialSection, MeshFile
-from fenics_nnm.study.contact import ContactSection, LawSection, MatrixContactSection
+from fenics_nnm.study.attachments import MassSection, SpringSection
+from fenics_nnm.study.body import BodySection, ClampSection, MeshFile
+from fenics_nnm.study.contact import (
+    ContactSection,
+    LawSection,
+    MatrixContactSection,
+    PatchesSection,
+)
 from fenics_nnm.study.continuation import ContinuationSection
+from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.output import OutputSection
 from fenics_nnm.study.record import Record
@@ -177,9 +184,21 @@ class MeshStudy(_AnyStudy):
 
     mesh: MeshFile | Geometry
     body: BodySection
-    material: MaterialSection
+    material: Materials
+    mass: tuple[MassSection, ...] = ()
+    spring: tuple[SpringSection, ...] = ()
     clamp: ClampSection | None = None
-    contact: ContactSection
+    contact: ContactSection | PatchesSection
+
+    @model_validator(mode="after")
+    def _materials_have_cells(self) -> MeshStudy:
+        for number, section in enumerate(self.material, start=1):
+            if len(self.material) > 1 and section.cells is None:
+                raise ValueError(
+                    f"material[{number}].cells: is missing: with several materials each names its "
+                    "groups of cells"
+                )
+        return self
 
 
 class MatrixStudy(_AnyStudy):
@@ -191,14 +210,17 @@ class MatrixStudy(_AnyStudy):
     @model_validator(mode="before")
     @classmethod
     def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("mesh", "body", "material", "clamp"):
+        for key in ("mesh", "body", "material", "clamp", "mass", "spring"):
             if key in values:
                 raise ValueError(
                     f"{key}: does not go with [matrices], which hold the whole structure, "
                     "held by its clamp"
                 )
-        if isinstance(values.get("output"), dict) and "frames" in values["output"]:
-            raise ValueError("output.frames: belongs to [mesh]: matrices have no ParaView files")
+        for key in ("frames", "fields"):
+            if isinstance(values.get("output"), dict) and key in values["output"]:
+                raise ValueError(
+                    f"output.{key}: belongs to [mesh]: matrices have no ParaView files"
+                )
         return values
 
     @model_validator(mode="after")

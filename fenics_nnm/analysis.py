@@ -12,6 +12,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.body import body_of
 from fenics_nnm.contact_patches import contact_patches
 from fenics_nnm.continuation.follow import (
     ArcContinuation,
@@ -26,11 +27,11 @@ from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
-from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.fem.regions import Region
-from fenics_nnm.fem.solid import Body, Solid, assemble_solid
+from fenics_nnm.fem.solid import Solid, assemble_solid
+from fenics_nnm.meshing import tagged_mesh
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -41,23 +42,10 @@ from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.stages import Stages
 from fenics_nnm.start import beginning
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
-from fenics_nnm.study.body import MeshFile
 from fenics_nnm.study.continuation import ArcLengthSection
 
 Analysis = LinearAnalysis | MatrixAnalysis
 """All that is linear of a study."""
-
-
-def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
-    """Read or generate the mesh of a study.
-
-    Raises:
-        MeshError: if it cannot be used.
-        GeometryError: if a built-in geometry cannot be made.
-    """
-    if isinstance(study.mesh, MeshFile):
-        return read_mesh(study.mesh.file, study.mesh.length_unit, comm)
-    return generate_mesh(study.mesh, comm)
 
 
 def linear_analysis(
@@ -127,7 +115,7 @@ def _analysis_of_mesh(
         clamped = _clamped_facets(study, tagged)
         patches = contact_patches(study.contact, tagged)
     with stages.stage("assembly"):
-        solid = assemble_solid(tagged, _body(study), clamped)
+        solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped)
         interface = contact_interface(solid, patches)
     with ModalSolver(solid) as solver:
         forces = _interface_forces(study, solid, interface)
@@ -262,16 +250,6 @@ def _multipliers(study: Study) -> MultiplierLoop | None:
         return None
     chosen = study.augmented_lagrangian
     return MultiplierLoop(**chosen.model_dump()) if chosen else MultiplierLoop()
-
-
-def _body(study: MeshStudy) -> Body:
-    body = study.body
-    return Body(
-        theory=body.theory,
-        regions=tuple(Region(each.material, each.cells or ()) for each in study.material),
-        extent=body.extent,
-        degree=body.degree,
-    )
 
 
 def _clamped_facets(study: MeshStudy, tagged: TaggedMesh) -> Indices:

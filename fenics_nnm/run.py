@@ -293,7 +293,7 @@ class _Recorder:
 
 def _at_rest(rest: RestState) -> dict[str, Any]:
     """What is closed and what touches at rest; nothing where all gaps are open."""
-    if not (rest.closed.any() or rest.touching.any()):
+    if not rest.pressed:
         return {}
     closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
     force = float(rest.force.sum())

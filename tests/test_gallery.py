@@ -15,7 +15,7 @@ from fenics_nnm.nonlinear.fourier import FourierSeries
 from fenics_nnm.output.branch_file import BranchHeader
 from fenics_nnm.output.gallery import MANIFEST, make_pictures
 from fenics_nnm.output.motion_measures import harmonic_shares, kinetic_shares
-from fenics_nnm.output.pictures.amplitude import amplitude_of, tip_of
+from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.contact import contact_order, contact_pressure, touching_shares
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.shares import share_plots
@@ -93,7 +93,7 @@ def test_bad_requests_are_one_line(
 def test_amplitude_of_a_rod_is_that_of_its_tip(rod: Path) -> None:
     results = read_results(rod)
     assert results.body is not None
-    assert results.body.nodes[tip_of(results.body), 0] == 1.0
+    assert results.body.nodes[results.tip, 0] == 1.0
     amplitude = amplitude_of(results).values
     assert "(mm)" in amplitude_of(results).label
     # the linear mode: gamma goes with the square of the amplitude, which at grazing is the gap

@@ -13,9 +13,9 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.elasticity import elasticity_at, region_of_cells
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.fem.patch_vertices import at_vertices
 from fenics_nnm.fem.reference_cell import reference_cell
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.vertices import at_vertices
 
 #: Elasticities that differ by less than this part of the largest are the same.
 _SAME_ELASTICITY = 1e-12

@@ -10,9 +10,13 @@ from pathlib import Path
 
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.pictures.accuracy import accuracy_plots
+from fenics_nnm.output.pictures.animation import plan_animation, write_gif
 from fenics_nnm.output.pictures.backbone import frequency_plots
+from fenics_nnm.output.pictures.body import plan_energies, plan_mesh, view_of
 from fenics_nnm.output.pictures.contact import contact_plots
 from fenics_nnm.output.pictures.motion import motion_plots
+from fenics_nnm.output.pictures.panels import Animation, Plan
+from fenics_nnm.output.pictures.renderer import RenderError, render
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.shares import share_plots
 from fenics_nnm.output.pictures.space_time import space_time_plots
@@ -25,6 +29,9 @@ MANIFEST = "pictures.json"
 
 #: Formats that plots can be written in.
 FORMATS = ("png", "svg", "pdf")
+
+#: Formats of pictures of bodies, which vectors would not make smaller.
+_OF_BODIES = ("png",)
 
 #: What makes plots, in the order of the list.
 _PLOTS: tuple[Callable[[Results], list[Plot]], ...] = (
@@ -73,7 +80,8 @@ def make_pictures(
     found = read_results(results)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        pictures = tuple(_saved(plot, folder, formats) for make in _PLOTS for plot in make(found))
+        plots = [_saved(plot, folder, formats) for make in _PLOTS for plot in make(found)]
+        pictures = (*plots, *draw(body_plans(found), folder))
         write_manifest(folder, pictures)
     except OSError as error:
         if isinstance(error, OutputError):
@@ -82,6 +90,42 @@ def make_pictures(
             f"{error.filename or folder}: cannot be written: {error.strerror or error}"
         ) from error
     return pictures
+
+
+def body_plans(results: Results) -> list[Plan]:
+    """Mesh, shapes at several energies and motion of a body; nothing for matrices."""
+    body = results.body
+    if body is None:
+        return []
+    view = view_of(body, results.tip)
+    return [
+        plan_mesh(body, view),
+        plan_energies(results, body, view),
+        plan_animation(results, body, view),
+    ]
+
+
+def draw(plans: Sequence[Plan], folder: Path) -> list[Picture]:
+    """Draw planned pictures of bodies; where there is no renderer, say so in a line and go on.
+
+    Args:
+        plans: Pictures with their scenes.
+        folder: Folder of the PNG and GIF files.
+
+    Raises:
+        OSError: if they cannot be written.
+    """
+    if not plans:
+        return []
+    try:
+        images = iter(render([scene for plan in plans for scene in plan.scenes]))
+    except RenderError as error:
+        logger.warning("pictures of the body are left out, as they cannot be drawn: %s", error)
+        return []
+    return [
+        _saved(plan.finish([next(images) for _ in plan.scenes]), folder, _OF_BODIES)
+        for plan in plans
+    ]
 
 
 def write_manifest(folder: Path, pictures: Sequence[Picture]) -> None:
@@ -94,6 +138,9 @@ def write_manifest(folder: Path, pictures: Sequence[Picture]) -> None:
     (folder / MANIFEST).write_text(json.dumps(listed, indent=2) + "\n", "utf-8")
 
 
-def _saved(plot: Plot, folder: Path, formats: Sequence[str]) -> Picture:
+def _saved(plot: Plot | Animation, folder: Path, formats: Sequence[str]) -> Picture:
+    if isinstance(plot, Animation):
+        write_gif(folder / f"{plot.name}.gif", plot.frames)
+        return Picture(f"{plot.name}.gif", plot.title, plot.caption, plot.group)
     file, *also = save(plot.figure, folder, plot.name, formats)
     return Picture(file, plot.title, plot.caption, plot.group, tuple(also))

@@ -20,6 +20,9 @@ from fenics_nnm.output.branch_file import BranchHeader
 #: Two gamma ratios nearer than this are the same.
 _SAME_RATIO = 1e-6
 
+#: Nodes whose motion over a period is held in memory at once.
+_NODES_AT_ONCE = 10_000
+
 
 @dataclass(frozen=True, slots=True)
 class StoredBranch:
@@ -141,6 +144,13 @@ class StoredBranch:
     def forces(self, point: BranchPoint, phase: Array) -> Array:
         """Contact forces in N, shape (len(phase), n_c)."""
         return contact_forces(self.header.model, self.series, point, phase)
+
+    def largest_displacement(self, point: BranchPoint, instants: int = 48) -> Array:
+        """Largest distance of each node from rest over the period in m, shape (n,)."""
+        phase = 2 * np.pi * np.arange(instants) / instants
+        parts = np.array_split(np.arange(len(self.nodes)), len(self.nodes) // _NODES_AT_ONCE + 1)
+        fields = (self.displacement(point, phase, part) for part in parts)
+        return np.concatenate([np.linalg.norm(field, axis=2).max(axis=0) for field in fields])
 
     def modal_field(self, coordinates: Array) -> Array:
         """Displacement in m of given modal coordinates (J,) without contact, shape (n, dim)."""

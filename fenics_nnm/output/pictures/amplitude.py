@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import Unit, unit_for
-from fenics_nnm.output.stored_branch import StoredBranch
 
 #: Instants of a period at which the largest displacement is looked for.
 _INSTANTS = 48
@@ -48,7 +46,7 @@ def amplitude_of(results: Results) -> Amplitude:
         ]
         told = "the largest displacement of a contact point from rest over the period, in {unit}"
         return _amplitude(values, "largest displacement at contact", told)
-    body, tip = results.body, np.array([tip_of(results.body)])
+    body, tip = results.body, np.array([results.tip])
     values = [
         np.linalg.norm(body.displacement(point, phase, tip), axis=2).max()
         for point in results.points
@@ -63,17 +61,3 @@ def amplitude_of(results: Results) -> Amplitude:
 def place_of(at: Array) -> str:
     """A place (x, y, z) in m in words."""
     return "({:.4g}, {:.4g}, {:.4g}) mm".format(*(1e3 * at))
-
-
-def tip_of(body: StoredBranch) -> int:
-    """The node that moves most at the last point."""
-    return int(np.argmax(largest_displacements(body, body.points[-1])))
-
-
-def largest_displacements(body: StoredBranch, point: BranchPoint) -> Array:
-    """Largest displacement of each node over the period in m, shape (n,); instant by instant."""
-    found = np.zeros(len(body.nodes))
-    for phase in 2 * np.pi * np.arange(_INSTANTS) / _INSTANTS:
-        field = body.displacement(point, np.array([phase]))[0]
-        np.maximum(found, np.linalg.norm(field, axis=1), out=found)
-    return found

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.output.pictures.amplitude import place_of, tip_of
+from fenics_nnm.output.pictures.amplitude import place_of
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     BLACK,
@@ -59,7 +59,7 @@ def _phase_of_contact(results: Results) -> Plot:
 
 def _phase_of_tip(results: Results, body: StoredBranch) -> Plot:
     """Displacement and velocity of the node that moves most, along its largest component."""
-    tip = tip_of(body)
+    tip = results.tip
     node, chosen = np.array([tip]), results.chosen
     last = body.displacement(results.points[-1], _ORBIT, node)[:, 0]
     axis = int(np.argmax(np.ptp(last, axis=0)))
@@ -110,7 +110,7 @@ def _phase_plot(
 
 def _orbit(results: Results, body: StoredBranch) -> list[Plot]:
     """Path of the node that moves most, in the planes of the axes that it moves along."""
-    tip, chosen = tip_of(body), results.chosen
+    tip, chosen = results.tip, results.chosen
     paths = [body.displacement(each, _ORBIT, np.array([tip]))[:, 0] for each in chosen]
     extent = np.max([np.ptp(path, axis=0) for path in paths], axis=0)
     moving = np.flatnonzero(extent > _STRAIGHT * extent.max())

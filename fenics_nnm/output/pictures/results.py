@@ -39,6 +39,7 @@ class Results:
         summary: Contents of summary.json; empty for a run that was stopped.
         body: The branch on its mesh; None for matrices.
         areas: Tributary areas of the contact points in m^2, shape (n_c,); None for matrices.
+        tip: The node that moves most at the last point; 0 for matrices.
     """
 
     header: BranchHeader
@@ -46,6 +47,7 @@ class Results:
     summary: dict[str, Any]
     body: StoredBranch | None
     areas: Array | None
+    tip: int = 0
 
     @property
     def model(self) -> ReducedModel:
@@ -137,7 +139,8 @@ def read_results(folder: Path) -> Results:
         meshed = "mesh" in file
         areas = np.array(file["contact/areas"]) if "contact/areas" in file else None
     body = read_stored_branch(path) if meshed else None
-    return Results(header, points, _summary(folder / "summary.json"), body, areas)
+    tip = int(np.argmax(body.largest_displacement(points[-1]))) if body else 0
+    return Results(header, points, _summary(folder / "summary.json"), body, areas, tip)
 
 
 def _summary(path: Path) -> dict[str, Any]:

@@ -9,7 +9,6 @@ from scipy.sparse import csr_array
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output.pictures.amplitude import largest_displacements
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     SIGNED,
@@ -90,7 +89,7 @@ def space_time_plots(results: Results) -> list[Plot]:
     displacement, velocity = _means(body, point, phase, sections)
     component = int(np.argmax(np.abs(displacement).max(axis=(0, 1))))
     largest = np.abs(displacement[:, :, component]).max()
-    if largest < _COMMON * largest_displacements(body, point).max():
+    if largest < _COMMON * body.largest_displacement(point).max():
         return []
     along, letter = "xyz"[sections.axis], "xyz"[component]
     figure = new_figure(4.6)

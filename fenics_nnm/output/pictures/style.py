@@ -27,6 +27,9 @@ CURVES = tuple(zip((BLUE, RED, GREEN, PURPLE, SKY, ORANGE, BLACK), "osD^vPX", st
 #: Colour maps: of a quantity without sign, of contact pressure, of displacement, of velocity.
 AMOUNT, PRESSURE, SIGNED, SIGNED_RATE = "viridis", "plasma_r", "PuOr_r", "RdBu_r"
 
+#: The same of the size of a displacement on a body that is shaded: light where there is none.
+SIZE = "YlGnBu"
+
 #: Labels of axes that many plots share.
 GAMMA = r"energy coordinate $\gamma / \gamma_\mathrm{grazing}$  (1)"
 TIME = "time over period  t / T  (1)"

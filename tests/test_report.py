@@ -201,7 +201,7 @@ def test_stopped_run_with_many_points(tmp_path: Path) -> None:
     (download,) = points.all("a")
     data = opened(download.attributes["href"])[1].decode()
     assert len(data.splitlines()) == len(rows) + 1
-    assert "stopped before its end" in section(page, "overview").text
+    assert "the run was stopped before its end" in section(page, "overview").text
     assert "Linear modes: the run was stopped" in section(page, "absent").text
 
 

@@ -107,9 +107,13 @@ footer { margin-top: 2.5rem; padding-top: 1rem; border-top: 1px solid var(--line
   }
   body { display: block; max-width: none; padding: 0; font-size: 10pt; }
   nav { display: none; }
+  .figures { columns: 2; }
   figure, tr, .facts, .warnings { break-inside: avoid; }
   h2, h3 { break-after: avoid; }
   .scroll, pre { overflow: visible; border: 0; background: none; }
+  table { font-size: 7.5pt; }
+  th, td { padding: 2pt 4pt; }
+  td.prose { min-width: 0; }
   pre { white-space: pre-wrap; }
   details::details-content { content-visibility: visible; display: block; }
 }

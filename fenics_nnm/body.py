@@ -1,28 +1,27 @@
-"""From a study to the body: theory, materials, masses and springs."""
+"""From the sections of a study about its body to theory, materials, masses and springs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fenics_nnm.components import fitted
 from fenics_nnm.fem.attachments import Attachment
 from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body
 from fenics_nnm.study import MeshStudy
+from fenics_nnm.study.record import fitted
 
 
 def body_of(study: MeshStudy, dim: int) -> Body:
-    """The body of a study on a mesh of a dimension.
+    """The body of a study on a mesh of some dimension.
 
     Raises:
-        ModelError: if a vector of the study has not as many components.
+        ModelError: if a point or a stiffness has too few components.
     """
-    body = study.body
     return Body(
-        theory=body.theory,
+        theory=study.body.theory,
         regions=tuple(Region(each.material, each.cells or ()) for each in study.material),
-        extent=body.extent,
-        degree=body.degree,
+        extent=study.body.extent,
+        degree=study.body.degree,
         attachments=(*_masses(study, dim), *_springs(study, dim)),
     )
 

@@ -19,7 +19,6 @@ from fenics_nnm.casing import (
     Surface,
     read_radii,
 )
-from fenics_nnm.components import fitted
 from fenics_nnm.errors import GeometryError, ModelError
 from fenics_nnm.fem.contact_patch import Field, Opposite, Patch
 from fenics_nnm.fem.direction import Direction
@@ -27,7 +26,7 @@ from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.study.casing import CasingSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection, PatchSection
-from fenics_nnm.study.record import axis_vector
+from fenics_nnm.study.record import axis_vector, fitted
 
 Result = TypeVar("Result")
 

@@ -121,8 +121,8 @@ def run_study(
         chosen = choice(study, comm, stages, found=stored.header.resolution if stored else None)
         recorder, branch = _followed(chosen, text, staging, stored, comm, stages)
         with stages.stage("output"):
-            analysis, fields = recorder.chosen.analysis, staging.path / "fields"
-            report_of(analysis).write_fields(fields, recorder.study, branch, stages)
+            analysis = recorder.chosen.analysis
+            report_of(analysis).write_fields(staging.branch, recorder.study, branch, stages)
             summary = recorder.write_tables(analysis, branch)
         with uninterrupted():
             on_root(comm, lambda: publish(staging.path, folder))
@@ -293,7 +293,7 @@ class _Recorder:
 
 def _at_rest(rest: RestState) -> dict[str, Any]:
     """What is closed and what touches at rest; nothing where all gaps are open."""
-    if not (rest.closed.any() or rest.touching.any()):
+    if not rest.pressed:
         return {}
     closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
     force = float(rest.force.sum())

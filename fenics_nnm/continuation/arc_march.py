@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.continuation.branch_switching import switched
+from fenics_nnm.continuation.coarse import GRAZING_GAMMA
 from fenics_nnm.continuation.events import branch_point_at
 from fenics_nnm.continuation.harmonic_copy import linear_motion
 from fenics_nnm.continuation.levels import Level
-from fenics_nnm.continuation.lift import GRAZING_GAMMA, Lift
+from fenics_nnm.continuation.lift import Lift
 from fenics_nnm.continuation.step_test import Continuity
 from fenics_nnm.continuation.targets import ArcContinuation, Begin
 from fenics_nnm.continuation.trace import Trace, trace

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from fenics_nnm.continuation.coarse import GRAZING_GAMMA
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
-from fenics_nnm.continuation.lift import GRAZING_GAMMA, Lift, Stack
+from fenics_nnm.continuation.lift import Lift, Stack
 from fenics_nnm.nonlinear.newton import FixedFrequency, Solution
 
 #: The single-mode motion of a frequency is sought up to this gamma ratio, by steps of this factor.

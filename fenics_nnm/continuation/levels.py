@@ -136,6 +136,11 @@ class Level:
         extended[0] += self.rest
         return extended
 
+    def scaled(self, solution: Solution, factor: float) -> Guess:
+        """A solution at another energy: the same shape at `factor` times gamma."""
+        q = self.equations.scaled(solution.q, float(np.sqrt(factor)))
+        return Guess(q, solution.omega, solution.forces.force)
+
     def share(self, q: Array, mode: int) -> float:
         """Share of the kinetic energy in the first harmonic of a mode about the state of rest."""
         series, column = self.equations.series, np.searchsorted(self.modes, mode)

@@ -9,23 +9,20 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import evaluated
+from fenics_nnm.continuation.coarse import GRAZING_GAMMA, CoarseBranch
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.newton import Newton, Solution, Unknowns
 from fenics_nnm.nonlinear.resonance import STILL, Resonance, strongest_resonance
 from fenics_nnm.nonlinear.slope import frequency_slope
 from fenics_nnm.reduction.rest import RestState
 
-#: gamma of a linear motion of unit amplitude about the state of rest: m^ = 1/2, so gamma = 1/4.
-GRAZING_GAMMA = 0.25
-
-#: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
-_COARSE_STEP = 0.1
-
 #: A motion with less than this part of the contact of the followed mode alone avoids it.
 _SMALLEST_CONTACT = 0.3
+
+#: The same with points that are closed or touch at rest: the mode alone opens and closes others.
+_SMALLEST_CONTACT_PRESSED = 0.05
 
 #: A fall of that share from one point to the next by this much asks for a second look.
 SHARE_DROP = 0.02
@@ -39,14 +36,11 @@ _BESIDE = 1.02
 #: A branch with a smaller slope d ln omega / d ln gamma is level.
 _LEVEL = 1e-10
 
-#: Parts of the reference displacement by which touching points are opened on the way to none.
-_OPENED = (1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 0.05, 0.0)
-
 #: A motion whose followed mode, in its first harmonic, has less than this share of m^ has left it.
 _SMALLEST_SHARE = 0.5
 
-#: The same of a mode with closed points at rest: it changes its shape as they lift off.
-_SMALLEST_SHARE_LIFTED = 0.1
+#: The same with points that are closed or touch at rest: the shape changes as they open or close.
+_SMALLEST_SHARE_PRESSED = 0.1
 
 #: Where closed points lift off, a larger relative change of frequency asks for a second look.
 _FREQUENCY_JUMP = 0.02
@@ -108,9 +102,17 @@ class Lift:
     levels: tuple[Level, ...]
     mode: int
     newton: Newton
-    _coarse: dict[float, Solution] = field(default_factory=dict)
+    _coarse: CoarseBranch = field(init=False)
     _alone: dict[float, Stack] = field(default_factory=dict)
     _beside: dict[float, Stack] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        least = self._smallest_share
+        self._coarse = CoarseBranch(self.levels[0], self.mode, self.newton, least)
+
+    def coarse(self, gamma_ratio: float) -> Solution | None:
+        """Motion of the coarsest level, the followed mode alone, or None."""
+        return self._coarse.at(gamma_ratio)
 
     def at(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
         """Solve at `gamma_ratio`, with the help of a neighbouring point where that is better.
@@ -137,6 +139,10 @@ class Lift:
     @property
     def _rest(self) -> RestState:
         return self.levels[-1].equations.rest
+
+    @property
+    def _smallest_share(self) -> float:
+        return _SMALLEST_SHARE_PRESSED if self._rest.pressed else _SMALLEST_SHARE
 
     @property
     def _linear_until(self) -> float:
@@ -224,8 +230,9 @@ class Lift:
 
     def slope_ratio(self, finest: Solution) -> float:
         """Slope d omega / d gamma of a finest motion over that of the mode alone, or nan."""
-        ratio = finest.energies.gamma / GRAZING_GAMMA
-        alone = self.coarse(ratio) if ratio > self._linear_until else None
+        rest, ratio = self._rest, finest.energies.gamma / GRAZING_GAMMA
+        one_way = rest.closed.all() or not rest.pressed  # else it falls and rises
+        alone = self.coarse(ratio) if ratio > 1 and one_way else None
         if alone is None:
             return float("nan")
         slope = frequency_slope(self.levels[0].equations, alone)
@@ -293,47 +300,6 @@ class Lift:
         """Share of the kinetic energy of a finest motion in the first harmonic of its mode."""
         return self.levels[-1].share(finest.q, self.mode)
 
-    def coarse(self, gamma_ratio: float) -> Solution | None:
-        """Solution of the coarsest level, reached in small steps from the nearest one known."""
-        if not self._coarse:
-            if self._linear_until:
-                self._coarse[0.5] = self._linear_start(self.levels[0], 0.5)
-            else:
-                self._coarse[1.0] = self._touching_start()
-        at = min(self._coarse, key=lambda known: abs(known - gamma_ratio))
-        while at != gamma_ratio:
-            longest = _COARSE_STEP * max(1.0, at)
-            step = np.clip(gamma_ratio - at, -longest, longest)
-            following = gamma_ratio if abs(gamma_ratio - at) <= longest else float(at + step)
-            guess = self._scaled(0, self._coarse[at], following / at)
-            solution = self._solve(0, following, guess).solution
-            if solution is None:
-                return None
-            self._coarse[following] = solution
-            at = following
-        return self._coarse[at]
-
-    def _linear_start(self, level: Level, gamma_ratio: float) -> Solution:
-        rest = level.equations.rest
-        q = np.zeros(level.equations.shape)
-        column = int(np.searchsorted(level.modes, self.mode))
-        q[0] = rest.q
-        q[1] = np.sqrt(gamma_ratio) * rest.shapes[:, column]
-        force = np.tile(rest.force, (len(level.equations.series.phase), 1))
-        guess = Guess(q, float(rest.omega[column]), force)
-        return level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
-
-    def _touching_start(self) -> Solution:
-        """The coarsest motion at gamma ratio 1 where points touch at rest.
-
-        They are opened so far that they do not touch, and brought back step by step.
-        """
-        found = self._linear_start(_opened(self.levels[0], 1.5), 1.0)
-        for part in _OPENED:
-            guess = Guess(found.q, found.omega, found.forces.force)
-            found = _opened(self.levels[0], part).solve(GRAZING_GAMMA, guess, self.newton)
-        return found
-
     def _level(
         self,
         index: int,
@@ -362,7 +328,7 @@ class Lift:
                 force = beside.forces.force + here.forces.force - there.forces.force
                 omega = beside.omega + here.omega - there.omega
                 yield Guess(beside.q + change, omega, np.maximum(force, 0.0))
-            yield self._scaled(index, beside, gamma_ratio / neighbour.gamma_ratio)
+            yield self.levels[index].scaled(beside, gamma_ratio / neighbour.gamma_ratio)
         if lower is not None and here is not None:
             yield Guess(self._moved(lower, index, here.q), here.omega, here.forces.force)
 
@@ -383,13 +349,13 @@ class Lift:
     def _not_on_branch(self, level: Level, gamma_ratio: float, solution: Solution) -> str:
         """Why a converged motion is not on the branch of the followed mode; empty if it is."""
         touching = self._contact_share(level, gamma_ratio, solution)
-        if touching < _SMALLEST_CONTACT:
+        if touching < (_SMALLEST_CONTACT_PRESSED if self._rest.pressed else _SMALLEST_CONTACT):
             return (
                 f"converged to a motion with {touching:.2g} of the contact that the followed mode "
                 "alone has at this energy: an internal resonance lets it avoid the obstacle"
             )
         share = level.share(solution.q, self.mode)
-        if share < (_SMALLEST_SHARE_LIFTED if self._rest.closed.any() else _SMALLEST_SHARE):
+        if share < self._smallest_share:
             return (
                 f"converged to a motion that carries only {share:.0%} of its kinetic energy in the "
                 "first harmonic of the followed mode: another family (internal resonance)"
@@ -406,17 +372,3 @@ class Lift:
         if not reference:
             return float(found.contact > 1e3 * self.newton.tolerance * found.stiffness)
         return found.contact / reference
-
-    def _scaled(self, index: int, solution: Solution, factor: float) -> Guess:
-        """A solution at another energy: the same shape at `factor` times gamma."""
-        q = self.levels[index].equations.scaled(solution.q, float(np.sqrt(factor)))
-        return Guess(q, solution.omega, solution.forces.force)
-
-
-def _opened(level: Level, part: float) -> Level:
-    """A level whose touching points are opened by a part of the reference displacement."""
-    equations = level.equations
-    rest, model = equations.rest, equations.model
-    gap = np.where(rest.touching, model.gap + part * rest.scale, model.gap)
-    opened = replace(equations, model=replace(model, gap=gap), law=Complementarity(model.R, gap))
-    return replace(level, equations=opened)

@@ -29,6 +29,7 @@ def describe(study: Study, analysis: Analysis) -> str:
         f"{event:16s} at {energy:.6g} J for mode {study.mode.number}, first at "
         f"{report.place(rest.first(mode))}",
         f"largest motion   {largest} {when}",
+        *report.groups(),
         "",
         " mode   frequency (Hz)   motion at contact (kg^-1/2)",
     ]
@@ -43,7 +44,7 @@ def describe(study: Study, analysis: Analysis) -> str:
 
 def _at_rest(rest: RestState) -> list[str]:
     """What is closed at rest, where not all gaps are open."""
-    if not (rest.closed.any() or rest.touching.any()):
+    if not rest.pressed:
         return []
     closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
     return [

@@ -41,6 +41,10 @@ class MatrixReport:
             f"contact          {matrices.points} rows, gap {gaps}",
         ]
 
+    def groups(self) -> list[str]:
+        """Nothing: matrices have no groups."""
+        return []
+
     def place(self, point: int) -> str:
         """Number of a contact row."""
         return f"contact row {point + 1}"
@@ -58,5 +62,5 @@ class MatrixReport:
             "basis/residual_shapes": reduction.residual_shapes.T,
         }
 
-    def write_fields(self, folder: Path, study: Study, branch: Branch, stages: Stages) -> None:
+    def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
         """Nothing: without a mesh there is nothing to see in ParaView."""

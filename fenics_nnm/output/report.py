@@ -24,6 +24,9 @@ class Report(Protocol):
     def heading(self) -> list[str]:
         """Lines of `fenics-nnm check` about the structure and its contact points."""
 
+    def groups(self) -> list[str]:
+        """Lines of `fenics-nnm check` about named groups."""
+
     def place(self, point: int) -> str:
         """Where a contact point is."""
 
@@ -33,8 +36,8 @@ class Report(Protocol):
     def arrays(self) -> dict[str, Array]:
         """Data sets for branch.h5, complete on rank 0."""
 
-    def write_fields(self, folder: Path, study: Study, branch: Branch, stages: Stages) -> None:
-        """Write fields for ParaView, if there is a mesh, to `folder`."""
+    def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
+        """Write fields for ParaView, if there is a mesh, beside a finished branch.h5."""
 
 
 def report_of(analysis: Analysis) -> Report:

@@ -74,6 +74,11 @@ class RestState:
         return self.reference or 0.0
 
     @property
+    def pressed(self) -> bool:
+        """Whether not all points are open."""
+        return bool((self.closed | self.touching).any())
+
+    @property
     def homogeneous(self) -> bool:
         """Whether all points touch: a motion scaled by any factor is a motion then."""
         return bool(self.touching.all())

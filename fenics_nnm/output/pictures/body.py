@@ -39,7 +39,7 @@ from fenics_nnm.output.stored_branch import StoredBranch
 BODY, OUTLINE = "#d7dee6", "#707070"
 
 #: Radius of the ball at a contact point, as a part of the size of the body.
-_BALL = 0.009
+_BALL = 0.008
 
 #: The largest displacement is drawn as about this part of the size of the body.
 _ENLARGED = 0.12

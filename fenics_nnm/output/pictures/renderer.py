@@ -30,8 +30,9 @@ _PATIENCE = 600.0
 #: Pictures are drawn larger by this factor and then made smaller, for smooth edges.
 _FINER = 2
 
-#: Lines are drawn nearer to the viewer by this part of the picture's size.
-_NEARER = 2e-3
+#: Faces are drawn nearer to the viewer than those of the layer before, and lines than all faces,
+#: by these parts of the picture's size, so that of two that coincide the later one is seen.
+_NEARER, _LINES_NEARER = 2e-4, 4e-3
 
 
 class RenderError(Exception):
@@ -76,10 +77,13 @@ def _drawn(scene: Scene, pyvista: Any) -> Image:
     width, height = camera.pixels
     plotter = pyvista.Plotter(off_screen=True, window_size=(_FINER * width, _FINER * height))
     plotter.set_background("white")
-    for layer in scene.layers:
-        if isinstance(layer, Lines):  # before faces that they lie in
-            near = _NEARER * float(np.max(camera.high - camera.low)) * camera.frame[2]
-            layer = replace(layer, ends=layer.ends + near)
+    size = float(np.max(camera.high - camera.low))
+    for number, layer in enumerate(scene.layers):
+        near = number * _NEARER * size * camera.frame[2]
+        if isinstance(layer, Lines):
+            layer = replace(layer, ends=layer.ends + _LINES_NEARER * size * camera.frame[2])
+        elif isinstance(layer, Faces):
+            layer = replace(layer, nodes=layer.nodes + near)
         _ADD[type(layer)](plotter, layer, pyvista)
     _aim(plotter, camera)
     image = np.asarray(plotter.screenshot(return_img=True))[:, :, :3].astype(np.float64)
@@ -140,7 +144,7 @@ def _add_balls(plotter: Any, balls: Balls, pyvista: Any) -> None:
 def _add_arrows(plotter: Any, arrows: Arrows, pyvista: Any) -> None:
     points = pyvista.PolyData(np.asarray(arrows.places))
     points["vector"] = arrows.vectors
-    arrow = pyvista.Arrow(tip_length=0.35, tip_radius=0.13, shaft_radius=0.045)
+    arrow = pyvista.Arrow(tip_length=0.3, tip_radius=0.09, shaft_radius=0.03)
     plotter.add_mesh(points.glyph(geom=arrow, orient="vector", scale="vector"), color=arrows.colour)
 
 

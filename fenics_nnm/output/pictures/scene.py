@@ -35,6 +35,11 @@ class View:
     up: str = "z"
 
     @property
+    def opposite(self) -> View:
+        """The view from the other side; of a convex body it shows what this one hides."""
+        return View(-self.elevation, self.azimuth + 180, self.up)
+
+    @property
     def frame(self) -> Array:
         """Unit vectors to the right, upwards, and towards the viewer, shape (3, 3)."""
         elevation, azimuth = np.radians([self.elevation, self.azimuth])

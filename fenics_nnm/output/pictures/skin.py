@@ -19,7 +19,7 @@ _STRIP = 0.06
 
 #: Directions that a body in space is looked at from, in degrees.
 _AZIMUTHS = range(-165, 180, 15)
-_ELEVATIONS = (20, -20)
+_ELEVATIONS = (25, -25)
 
 #: Contact directions are seen well enough at this cosine; and what a view from below costs.
 _FACING, _FROM_BELOW = 0.35, 0.2
@@ -60,10 +60,16 @@ def skin_of(body: StoredBranch) -> Skin:
     """
     dim = body.shapes.shape[2]
     if body.cell_type in _LINES:
-        return _strip(body.nodes, body.cells[:, :2])
-    faces = surface_faces(body.cells, body.cell_type)
+        return skin_around(body.nodes, body.cells[:, :2], dim)
+    return skin_around(body.nodes, surface_faces(body.cells, body.cell_type), dim)
+
+
+def skin_around(nodes: Array, faces: Indices, dim: int) -> Skin:
+    """The skin of a body of nodes (n, 3) with outer faces (f, 3 or 4), or lines (f, 2)."""
+    if faces.shape[1] == 2:
+        return _strip(nodes, faces)
     source, drawn = np.unique(faces, return_inverse=True)
-    faces, places = drawn.reshape(faces.shape), body.nodes[source]
+    faces, places = drawn.reshape(faces.shape), nodes[source]
     return Skin(places, faces, feature_edges(places, faces), source, dim)
 
 
@@ -82,17 +88,17 @@ def held(body: StoredBranch) -> Array:
     return np.asarray(~body.shapes.any(axis=(0, 2)))
 
 
-def best_view(skin: Skin, directions: Array, displacement: Array) -> View:
+def best_view(skin: Skin, directions: Array, displacement: Array | None = None) -> View:
     """The view that shows the contact surface, the motion, and as much of the body as it can.
 
     Args:
         skin: Skin of the body.
         directions: Unit vectors at the contact points towards the obstacle, shape (n_c, dim).
-        displacement: A displacement of the drawn nodes, shape (p, dim).
+        displacement: A displacement of the drawn nodes, shape (p, dim), if there is one.
     """
     if skin.dim < 3:
         return PLANE
-    mean = directions.mean(axis=0)
+    mean = directions.sum(axis=0) / max(1, len(directions))
     up = "xyz"[int(np.argmax(np.abs(mean)))] if np.abs(mean).max() > _COMMON else "z"
     corners = skin.places[skin.faces]
     normals = face_normals(corners)
@@ -100,11 +106,13 @@ def best_view(skin: Skin, directions: Array, displacement: Array) -> View:
     views = [View(e, a, up) for e in _ELEVATIONS for a in _AZIMUTHS]
     towards = np.array([view.frame[2] for view in views])
     shown = np.maximum(towards @ normals.T, 0) @ areas
-    total = max(float(np.sum(displacement**2)), np.finfo(float).tiny)
-    across = 1 - np.sum((towards @ displacement.T) ** 2, axis=1) / total
-    facing = np.clip(towards @ directions.T, -_FACING, _FACING).mean(axis=1) / _FACING
     below = np.array([view.elevation < 0 for view in views])
-    score = shown / shown.max() + across + facing - _FROM_BELOW * below
+    score = shown / shown.max() - _FROM_BELOW * below
+    if displacement is not None and displacement.any():
+        along = np.sum((towards @ displacement.T) ** 2, axis=1)
+        score += 1 - along / float(np.sum(displacement**2))
+    if len(directions):
+        score += np.clip(towards @ directions.T, -_FACING, _FACING).mean(axis=1) / _FACING
     return views[int(np.argmax(np.round(score, 9)))]
 
 

@@ -2,13 +2,15 @@
 # The third way of environment/run: a private Debian 13 root folder.
 
 SUITE=trixie
+ROOT_NAME=root # first part of the folder's name; roots of other names are left alone
+ROOT_SIZE="3 GB"
 ROOT_GIGABYTES=5 # free space asked for before a build
 
 # Arguments: the command. Returns if this machine does not allow this way.
 run_in_root() {
     local root bundle
     local -a namespace
-    root="$STATE/root-$(lists_hash)"
+    root="$STATE/$ROOT_NAME-$(lists_hash)"
     bundle=$(host_ca_bundle)
     choose_namespace || return 0
     if [[ ! -d $root ]]; then
@@ -20,6 +22,12 @@ run_in_root() {
     set_root_variables
     exec "${namespace[@]}" "$CHECKOUT/environment/enter-root" "$root" "$CHECKOUT" "$PWD" \
         "$bundle" "$@"
+}
+
+# From here on, the root is the one with ParaView and Chromium.
+choose_viewers() {
+    ROOT_NAME=viewers ROOT_SIZE="3 GB"
+    DEBIAN_LIST="$CHECKOUT/environment/viewer-packages.txt" PIP_LIST=/dev/null
 }
 
 # Set the array "namespace" to a command that runs another one with mounts of
@@ -69,7 +77,7 @@ build_root() {
         check_space || return 1
         provide_mmdebstrap || return 1
         local stale
-        for stale in "$STATE"/root-*.partial; do
+        for stale in "$STATE/$ROOT_NAME"-*.partial; do
             if [[ -d $stale ]]; then
                 say "removing what an interrupted build left"
                 remove_tree "$stale"
@@ -77,17 +85,12 @@ build_root() {
         done
 
         say "building a private Debian 13 in $root"
-        say "(once; it takes a few minutes and about 3 GB)"
+        say "(once; it takes a few minutes and about $ROOT_SIZE)"
         if ! bootstrap "$partial"; then
             say "mmdebstrap failed (see above)"
             return 1
         fi
-        say "installing the list environment/pip-packages.txt"
-        set_root_variables
-        if ! HOST_CA_BUNDLE=/etc/ssl/certs/ca-certificates.crt guarded \
-            "${namespace[@]}" "$CHECKOUT/environment/enter-root" "$partial" "$CHECKOUT" \
-            "$CHECKOUT" "$bundle" \
-            sh "$CHECKOUT/environment/install-pip" /opt/venv "$PIP_LIST"; then
+        if [[ -n $(list_of "$PIP_LIST") ]] && ! install_pip_list "$partial" "$bundle"; then
             say "pip failed (see above)"
             return 1
         fi
@@ -96,6 +99,15 @@ build_root() {
         say "ready"
     fi
     exec 8>&-
+}
+
+# Install the pip list into the new root $1, with certificates $2.
+install_pip_list() {
+    say "installing the list environment/pip-packages.txt"
+    set_root_variables
+    HOST_CA_BUNDLE=/etc/ssl/certs/ca-certificates.crt guarded \
+        "${namespace[@]}" "$CHECKOUT/environment/enter-root" "$1" "$CHECKOUT" "$CHECKOUT" "$2" \
+        sh "$CHECKOUT/environment/install-pip" /opt/venv "$PIP_LIST"
 }
 
 check_space() {
@@ -149,7 +161,7 @@ bootstrap() {
         --dpkgopt='path-exclude=/usr/share/man/*'
         --dpkgopt='path-exclude=/usr/share/locale/*'
         # shellcheck disable=SC2016
-        --customize-hook='rm -f "$1"/root/.[!.]*'
+        --customize-hook='rm -rf "$1"/root/.[!.]*'
         # shellcheck disable=SC2016
         --customize-hook='touch "$1"/etc/resolv.conf "$1"/etc/hosts'
     )
@@ -170,7 +182,7 @@ bootstrap() {
 # Remove the roots of older lists that no command uses any more.
 remove_old_roots() {
     local old
-    for old in "$STATE"/root-*; do
+    for old in "$STATE/$ROOT_NAME"-*; do
         if [[ $old != "$1" && $old != *.partial ]] && flock --nonblock "$old" true; then
             say "removing $old, which is out of date"
             mv -T "$old" "$old.partial"

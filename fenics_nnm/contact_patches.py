@@ -26,7 +26,7 @@ from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.study.casing import CasingSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection, PatchSection
-from fenics_nnm.study.record import axis_vector
+from fenics_nnm.study.record import axis_vector, fitted
 
 Result = TypeVar("Result")
 
@@ -151,11 +151,11 @@ def _direction(key: str, patch: PatchSection, dim: int, surface: Surface | None)
     if patch.direction == "normal":
         return Direction("normal", key=key).at
     if patch.direction == "radial":
-        origin = _fitted(patch.origin or (0.0,) * dim, dim, f"{key}.origin")
+        origin = fitted(patch.origin or (0.0,) * dim, dim, f"{key}.origin")
         out_of_plane = dim == 2 and not any(patch.axis_vector[:2])
-        axis = () if out_of_plane else _fitted(patch.axis_vector, dim, f"{key}.axis")
+        axis = () if out_of_plane else fitted(patch.axis_vector, dim, f"{key}.axis")
         return Direction("radial", axis, origin, key).at
-    vector = _fitted(patch.direction, dim, f"{key}.direction")
+    vector = fitted(patch.direction, dim, f"{key}.direction")
     return Direction("vector", vector, key=key).at
 
 
@@ -165,13 +165,6 @@ def _naming(key: str, work: Callable[[], Result]) -> Result:
         return work()
     except GeometryError as error:
         raise GeometryError(f"{key}: {error}") from error
-
-
-def _fitted(vector: tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:
-    """A vector with as many components as the mesh has dimensions."""
-    if len(vector) < dim or any(vector[dim:]):
-        raise ModelError(f"{name} = {list(vector)}: must have {dim} components as the mesh has")
-    return vector[:dim]
 
 
 def _padded(vectors: Array) -> Array:

@@ -171,16 +171,16 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
         yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
 
 
-def _parts(name: str, values: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Keys and values of a section and, where it has sections of a kind, of each of them."""
-    for key, value in values.items():
-        if isinstance(value, tuple) and value and isinstance(value[0], dict):
-            for number, part in enumerate(value, 1):
-                yield from _parts(f"{name}.{key} {number}", part)
-        elif isinstance(value, dict):
-            yield from _parts(f"{name}.{key}", value)
-        else:
-            yield f"{name}.{key}", value
+def _parts(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Keys and values of a section, of all of its name, and of the sections in it."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _parts(f"{name}.{key}", inner)
+    elif isinstance(value, tuple) and value and isinstance(value[0], dict):
+        for number, part in enumerate(value, 1):
+            yield from _parts(name if len(value) == 1 else f"{name}[{number}]", part)
+    else:
+        yield name, value
 
 
 def _value(value: Any) -> str:

@@ -14,7 +14,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.branch import Branch
 from fenics_nnm.continuation.follow import EnergyContinuation, follow
 from fenics_nnm.continuation.levels import HarmonicBalance
-from fenics_nnm.output.plots import plot_backbone
+from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.time_domain.bifurcations import (
     Bifurcation,

@@ -13,10 +13,14 @@ from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.contact_patch import Patch, spread
 from fenics_nnm.fem.direction import Direction
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body, assemble_solid
 from fenics_nnm.geometry import Beam, Plate
+from fenics_nnm.materials.elasticity import Isotropic
+from fenics_nnm.materials.material import Material
 
-SOLID = Body("solid", 1.0, 0.3, 1.0, degree=2)
+UNIT = (Region(Material(Isotropic(1.0, 0.3), 1.0)),)
+SOLID = Body("solid", UNIT, degree=2)
 
 
 def interface(
@@ -54,7 +58,7 @@ def test_tributary_areas_add_up_to_the_face(cells: str, count: int | None) -> No
 
 def test_plane_areas_hold_the_thickness() -> None:
     plate = Plate(length=1.0, height=0.2, elements=(8, 4))
-    body = Body("plane-stress", 1.0, 0.3, 1.0, extent=0.05, degree=2)
+    body = Body("plane-stress", UNIT, extent=0.05, degree=2)
     found = interface(
         generate_mesh(plate, MPI.COMM_SELF), body, "left", "right", Direction("normal"), None
     )
@@ -86,7 +90,7 @@ def annulus(folder: Path) -> Path:
 
 def test_normal_and_radial_directions_of_a_ring(tmp_path: Path) -> None:
     tagged = read_mesh(annulus(tmp_path), "mm", MPI.COMM_SELF)
-    body = Body("plane-strain", 1.0, 0.3, 1.0, extent=1e-3, degree=2)
+    body = Body("plane-strain", UNIT, extent=1e-3, degree=2)
     normal = interface(tagged, body, "bore", "rim", Direction("normal"), None)
     radial = interface(tagged, body, "bore", "rim", Direction("radial", (), (0.0, 0.0)), None)
     vector = interface(tagged, body, "bore", "rim", Direction("vector", (1.0, 1.0)), 7)

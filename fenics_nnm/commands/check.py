@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
+from pathlib import Path
 
 from fenics_nnm.commands.shared import DONE, Commands, add_study, console_of, show, stages_of
-from fenics_nnm.study import read_study
+from fenics_nnm.errors import MeshError, ModelError, NonlinearModeError, StudyError
+from fenics_nnm.study import MatrixStudy, MeshStudy, Study, read_study
+
+#: Endings of the file of a picture.
+SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def add_to(commands: Commands) -> None:
     """Add the command."""
     check = commands.add_parser("check", help="show what a study means, up to its linear modes")
+    check.add_argument(
+        "--picture",
+        type=Path,
+        metavar="FILE.png",
+        help="draw the mesh with its groups and contact points",
+    )
     add_study(check)
     check.set_defaults(action=_check)
 
@@ -18,18 +30,53 @@ def add_to(commands: Commands) -> None:
 def _check(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
+    from fenics_nnm.fem.linear import LinearAnalysis
     from fenics_nnm.output.description import describe
+    from fenics_nnm.output.pictures.groups import draw_groups, roles_of
     from fenics_nnm.resolution.auto import provisional
 
-    study = read_study(arguments.study)
+    study, picture = read_study(arguments.study), arguments.picture
+    _refuse_picture(study, picture)
     console = console_of(MPI.COMM_WORLD)
-    with stages_of(console, arguments) as stages:
-        shown = provisional(study, MPI.COMM_WORLD, stages)
-        text = describe(shown.study, shown.analysis)
+    try:
+        with stages_of(console, arguments) as stages:
+            shown = provisional(study, MPI.COMM_WORLD, stages)
+            text = describe(shown.study, shown.analysis)
+    except (MeshError, ModelError) as error:
+        _draw_groups(study, picture, error)
+        raise
     if study.automatic:
         text += (
             f'\n\n{", ".join(study.automatic)} = "auto": a run finds what a tolerance of '
             f"{study.tolerance:g} needs; this is with {shown.study.resolution}"
         )
     show(console, text)
+    if picture and isinstance(shown.analysis, LinearAnalysis):
+        tagged, interface = shown.analysis.solid.tagged, shown.analysis.interface
+        draw_groups(picture, tagged, roles_of(study), interface)
+        show(console, f"picture          {picture}")
     return DONE
+
+
+def _refuse_picture(study: Study, picture: Path | None) -> None:
+    """Refuse a picture that cannot be, before anything is computed."""
+    if picture is None:
+        return
+    if isinstance(study, MatrixStudy):
+        raise StudyError(f"--picture {picture}: matrices have no mesh to draw")
+    if picture.suffix not in SUFFIXES:
+        raise StudyError(f"--picture {picture}: must end in {' or '.join(SUFFIXES)}")
+
+
+def _draw_groups(study: Study, picture: Path | None, error: Exception) -> None:
+    """Show the groups of a mesh that cannot be used as asked, if it can be read at all."""
+    from mpi4py import MPI
+
+    from fenics_nnm.analysis import tagged_mesh
+    from fenics_nnm.output.pictures.groups import draw_groups, roles_of
+
+    if picture is None or not isinstance(study, MeshStudy) or MPI.COMM_WORLD.size > 1:
+        return
+    with suppress(NonlinearModeError):
+        draw_groups(picture, tagged_mesh(study, MPI.COMM_WORLD), roles_of(study))
+        error.add_note(f"{picture} shows its groups")

@@ -37,6 +37,7 @@ class ContactInterface:
         weights: W of the blocks that this rank owns, shape (n_c, owned blocks).
         pressures: Pressure in Pa at the vertices that this rank owns under a unit force at each
             contact point, shape (owned vertices, n_c).
+        sides: Local facets of each patch, and those opposite to it, which may be none.
         comm: Communicator.
     """
 
@@ -49,6 +50,7 @@ class ContactInterface:
     left_out: tuple[int, ...]
     weights: csr_array
     pressures: csr_array
+    sides: tuple[tuple[Indices, Indices], ...]
     comm: MPI.Comm
 
     @property
@@ -141,10 +143,16 @@ def contact_interface(solid: Solid, patches: Sequence[Patch]) -> ContactInterfac
         left_out=tuple(part.left_out for part in found),
         weights=csr_array(vstack([part.weights for part in found])),
         pressures=csr_array(vstack([part.pressures.T for part in found]).T),
+        sides=tuple(_sides(patch) for patch in patches),
         comm=solid.tagged.mesh.comm,
     )
     interface.assert_independent([patch.key for patch in patches])
     return interface
+
+
+def _sides(patch: Patch) -> tuple[Indices, Indices]:
+    opposite = np.empty(0, dtype=np.int32) if patch.opposite is None else patch.opposite.facets
+    return patch.facets, opposite
 
 
 def _same(products: Array) -> Indices:

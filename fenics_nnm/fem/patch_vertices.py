@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.vertices import at_vertices
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,25 +100,6 @@ def _owned_vertices(solid: Solid, facets: Indices) -> dict[str, Array | Indices 
         "areas": areas.x.array[scalar].copy(),
         "clamped": np.isin(blocks * dim, solid.clamped),
     }
-
-
-def at_vertices(mesh: dmesh.Mesh, numbering: Indices) -> Indices:
-    """Entry at each local vertex of a numbering by cells, of a space or of the geometry.
-
-    Args:
-        mesh: Mesh.
-        numbering: One row of degrees of freedom, or nodes, for each local cell.
-
-    Lagrange bases number the vertices of a cell before its edges.
-    """
-    topology = mesh.topology
-    topology.create_connectivity(topology.dim, 0)
-    corners = topology.connectivity(topology.dim, 0)
-    vertices = corners.array.reshape(corners.num_nodes, -1)
-    count = topology.index_map(0).size_local + topology.index_map(0).num_ghosts
-    found = np.full(count, -1, dtype=np.int64)
-    found[vertices] = numbering[:, : vertices.shape[1]]
-    return found
 
 
 def _normals_and_areas(solid: Solid, facets: Indices) -> tuple[fem.Function, fem.Function]:

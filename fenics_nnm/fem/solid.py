@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import ufl
@@ -13,9 +12,16 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachments import (
+    Attachment,
+    Vertex,
+    add_at_vertex,
+    nearest_vertex,
+    spread_form,
+)
 from fenics_nnm.fem.mesh import TaggedMesh
-
-Theory = Literal["rod", "plane-stress", "plane-strain", "solid"]
+from fenics_nnm.fem.regions import Region, Regions, regions_on
+from fenics_nnm.fem.stress import Expr, Theory, cauchy_stress, strain, stress
 
 #: Dimension of the mesh that each theory needs.
 THEORY_DIMENSION: dict[Theory, int] = {"rod": 1, "plane-stress": 2, "plane-strain": 2, "solid": 3}
@@ -23,24 +29,22 @@ THEORY_DIMENSION: dict[Theory, int] = {"rod": 1, "plane-stress": 2, "plane-strai
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """Material and theory of a homogeneous isotropic body, in SI units.
+    """Theory and materials of a body, and what is attached to it, in SI units.
 
     Attributes:
         theory: "rod" (axial motion, E A and rho A), "plane-stress", "plane-strain" or "solid".
-        young: Young's modulus in Pa.
-        poisson: Poisson's ratio; without effect on a rod.
-        density: Mass density in kg/m^3.
+        regions: Materials and the cells that are of them.
         extent: What the mesh lacks: cross-section of a rod in m^2, thickness of a plane body in
             m, 1 for a solid.
         degree: Polynomial degree of the displacement, 1 or 2.
+        attachments: Masses and springs.
     """
 
     theory: Theory
-    young: float
-    poisson: float
-    density: float
+    regions: tuple[Region, ...]
     extent: float = 1.0
     degree: int = 2
+    attachments: tuple[Attachment, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +52,14 @@ class Solid:
     """Assembled body, clamped.
 
     Attributes:
-        tagged: Mesh and named facets.
+        tagged: Mesh, named facets and cells.
         space: Displacement space.
         stiffness: K in N/m, unit diagonal on clamped rows.
         mass: Consistent M in kg, zero on clamped rows.
         clamped: Local indices of clamped degrees of freedom, unrolled.
-        body: Material and theory.
+        body: Theory and materials.
+        regions: Cells of each material.
+        vertices: Vertex of each attachment at a point, by its key.
     """
 
     tagged: TaggedMesh
@@ -62,6 +68,8 @@ class Solid:
     mass: PETSc.Mat
     clamped: Indices
     body: Body
+    regions: Regions
+    vertices: dict[str, Vertex]
 
     @property
     def dofs(self) -> int:
@@ -79,7 +87,9 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
     """Assemble stiffness and mass, clamped on the given local facets.
 
     Raises:
-        MeshError: if the dimension of the mesh is not that of the theory.
+        MeshError: if the dimension of the mesh is not that of the theory, not every cell has
+            exactly one material, or something cannot be attached.
+        ModelError: if the orientation of a material does not go with the theory.
     """
     expected = THEORY_DIMENSION[body.theory]
     if tagged.dim != expected:
@@ -87,41 +97,63 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
             f'body.theory = "{body.theory}": needs a mesh of dimension {expected}, '
             f"this one has dimension {tagged.dim}"
         )
-    mesh = tagged.mesh
-    space = fem.functionspace(mesh, ("Lagrange", body.degree, (tagged.dim,)))
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    strain_energy = ufl.inner(stress(u, body, mesh), strain(v)) * ufl.dx
-    inertia = fem.Constant(mesh, float(body.density * body.extent)) * ufl.inner(u, v) * ufl.dx
+    regions = regions_on(tagged, body.regions)
+    space = fem.functionspace(tagged.mesh, ("Lagrange", body.degree, (tagged.dim,)))
+    strain_energy, inertia = _forms(space, body, regions)
     blocks = fem.locate_dofs_topological(space, tagged.dim - 1, clamped_facets)
     zero = np.zeros(tagged.dim, dtype=default_scalar_type)
     clamp = [fem.dirichletbc(zero, blocks, space)]
     K = assemble_matrix(fem.form(strain_energy), clamp, 1.0)
     M = assemble_matrix(fem.form(inertia), clamp, 0.0)
+    vertices = _attach(tagged, space, body, (K, M), clamp)
     for matrix in (K, M):
-        matrix.assemble()
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     unrolled = (blocks[:, None] * tagged.dim + np.arange(tagged.dim)).ravel().astype(np.int32)
-    return Solid(tagged, space, K, M, unrolled, body)
+    return Solid(tagged, space, K, M, unrolled, body, regions, vertices)
 
 
-def strain(u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-    """Small-strain tensor of a displacement."""
-    return ufl.sym(ufl.grad(u))
+def _attach(
+    tagged: TaggedMesh,
+    space: fem.FunctionSpace,
+    body: Body,
+    matrices: tuple[PETSc.Mat, PETSc.Mat],
+    clamp: list[fem.DirichletBC],
+) -> dict[str, Vertex]:
+    """Add masses and springs to K and M, which are left assembled; vertices of those at points."""
+    vertices = {}
+    for matrix, kind, diagonal in zip(matrices, ("spring", "mass"), (1.0, 0.0), strict=True):
+        matrix.assemble()  # what is added to values that are still on their way is lost
+        for each in body.attachments:
+            if each.kind == kind and each.point:
+                vertices[each.key] = nearest_vertex(space, tagged, each, clamp[0].dof_indices()[0])
+                add_at_vertex(matrix, space, vertices[each.key], each.values)
+            elif each.kind == kind:
+                form = fem.form(spread_form(space, tagged, each, body.extent))
+                assemble_matrix(matrix, form, clamp, diagonal)
+                matrix.assemble()
+    return vertices
 
 
-def stress(u: ufl.core.expr.Expr, body: Body, mesh: object) -> ufl.core.expr.Expr:
-    """Stress times `extent`: a force per length in 2-D, a force in 1-D.
+def stress_tensor(u: Expr, solid: Solid) -> Expr:
+    """Cauchy stress in Pa as a 3 x 3 tensor, of a displacement u of the body.
 
-    Isotropic linear elasticity; plane stress replaces Lame's first parameter by
-    2 lambda mu / (lambda + 2 mu), and a rod has the stress E u'.
+    A plane body has the stress sigma_zz in plane strain and no stress on its plane in plane
+    stress; a rod has sigma_xx alone. Stress jumps where the material does.
     """
-    E, nu = body.young, body.poisson
-    mu = E / (2 * (1 + nu))
-    lam = E * nu / ((1 + nu) * (1 - 2 * nu)) if nu < 0.5 else np.inf
-    if body.theory == "rod":
-        return fem.Constant(mesh, float(E * body.extent)) * strain(u)
-    if body.theory == "plane-stress":
-        lam = E * nu / (1 - nu**2)
-    first = fem.Constant(mesh, float(lam * body.extent))
-    second = fem.Constant(mesh, float(2 * mu * body.extent))
-    return first * ufl.tr(strain(u)) * ufl.Identity(len(u)) + second * strain(u)
+    theory, mesh = solid.body.theory, solid.tagged.mesh
+    return solid.regions.piecewise(lambda material: cauchy_stress(u, material, theory, mesh))
+
+
+def _forms(space: fem.FunctionSpace, body: Body, regions: Regions) -> tuple[Expr, Expr]:
+    """Bilinear forms of the strain energy and of the inertia."""
+    mesh, degree = space.mesh, body.degree
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    extent = fem.Constant(mesh, float(body.extent))
+    strain_energy = regions.integral(
+        lambda each: extent * ufl.inner(stress(u, each, body.theory, mesh), strain(v)), degree
+    )
+    inertia = regions.integral(
+        lambda each: fem.Constant(mesh, float(each.density * body.extent)) * ufl.inner(u, v),
+        degree,
+    )
+    return strain_energy, inertia

@@ -44,8 +44,19 @@ def kinetic_shares(series: Series, q: Array) -> Array:
 
     Mode j has sum_n <basis_n^2> n^2 q_nj^2 of m^; residual shapes carry no mass.
     """
-    kinetic = ((series.mean_square * series.order**2)[:, None] * q**2).sum(axis=0)
+    kinetic = _kinetic(series, q).sum(axis=0)
     return kinetic / kinetic.sum()
+
+
+def harmonic_shares(series: Series, q: Array) -> Array:
+    """Share of each harmonic 0..N in the mean kinetic energy, shape (N + 1,); 0 of the mean."""
+    kinetic = np.bincount(series.order.astype(np.int64), weights=_kinetic(series, q).sum(axis=1))
+    return kinetic / kinetic.sum()
+
+
+def _kinetic(series: Series, q: Array) -> Array:
+    """Part of each coefficient of each mode in m^, of the shape of q."""
+    return np.asarray((series.mean_square * series.order**2)[:, None] * q**2)
 
 
 class SectionMotion(NamedTuple):

@@ -1,21 +1,12 @@
-"""Sections of the study file about the body: its mesh, theory, material and clamp."""
+"""Sections of the study file about the body: its theory and clamp."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.geometry.parameters import LengthUnit
 from fenics_nnm.study.record import Names, Positive, Record
-
-
-class MeshFile(Record):
-    """A mesh made elsewhere, with named physical groups."""
-
-    file: Annotated[Path, Field(strict=False, description="a .msh file, relative to the study")]
-    length_unit: LengthUnit = Field(description="the unit of the file's coordinates")
 
 
 class BodySection(Record):
@@ -43,14 +34,6 @@ class BodySection(Record):
     def extent(self) -> float:
         """Area of a rod in m^2, thickness of a plane body in m, 1 for a solid."""
         return self.area or self.thickness or 1.0
-
-
-class MaterialSection(Record):
-    """Homogeneous isotropic linear elasticity."""
-
-    young: Positive = Field(description="Young's modulus in Pa")
-    poisson: float = Field(0.0, gt=-1, lt=0.5, description="Poisson's ratio, above -1, below 0.5")
-    density: Positive = Field(description="mass density in kg/m^3")
 
 
 class ClampSection(Record):

@@ -10,6 +10,7 @@ from fenics_nnm.study.casing import CasingSection
 from fenics_nnm.study.messages import shown
 from fenics_nnm.study.record import (
     Count,
+    Finite,
     FromList,
     Name,
     Names,
@@ -19,7 +20,7 @@ from fenics_nnm.study.record import (
     axis_vector,
 )
 
-Gaps = Annotated[tuple[Positive, ...], Field(min_length=1), FromList]
+Gaps = Annotated[tuple[Finite, ...], Field(min_length=1), FromList]
 
 
 class LawSection(Record):
@@ -28,13 +29,19 @@ class LawSection(Record):
     law: Literal["complementarity", "augmented-lagrangian"] | None = Field(
         None, description="by default the one that fits reduction.method"
     )
+    reference_displacement: Positive | None = Field(
+        None,
+        description="displacement in m, at gamma ratio 1, of points that touch without force at "
+        "rest (gap 0); positive",
+    )
 
 
 class MatrixContactSection(LawSection):
     """Gaps of the contact rows of [matrices]."""
 
-    gap: Positive | Gaps = Field(
-        description="initial gap in m, positive: one number, or a list with one a contact row"
+    gap: Finite | Gaps = Field(
+        description="initial gap in m, negative for an interference: one number, or a list "
+        "with one a contact row"
     )
 
     @model_validator(mode="before")
@@ -66,7 +73,7 @@ class PatchSection(Record):
         None, description='axis of a radial direction: "x", "y", "z" or a vector of finite numbers'
     )
     origin: Vector | None = Field(None, description="a point on the axis in m; the default is 0")
-    gap: Positive | None = Field(None, description="initial gap in m, positive")
+    gap: Finite | None = Field(None, description="initial gap in m, negative for an interference")
     casing: CasingSection | None = Field(
         None, description="a section that describes a rigid surface"
     )
@@ -108,9 +115,7 @@ class PatchSection(Record):
                 "adds to it)"
             )
         if self.gap is None and self.casing is None and self.against is None:
-            raise ValueError(
-                "gap: is missing (initial gap in m, positive; or a section casing, or against)"
-            )
+            raise ValueError("gap: is missing (initial gap in m; or a section casing, or against)")
         return self
 
     @property
@@ -156,4 +161,4 @@ class PatchesSection(LawSection):
     @property
     def patches(self) -> dict[str, PatchSection]:
         """The patches by their places in the study file."""
-        return {f"contact.patch {i + 1}": patch for i, patch in enumerate(self.patch)}
+        return {f"contact.patch[{i + 1}]": patch for i, patch in enumerate(self.patch)}

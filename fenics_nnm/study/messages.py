@@ -76,8 +76,8 @@ def _found(place: tuple[Any, ...], values: Any) -> tuple[tuple[str, ...], Any]:
 
 
 def _written(places: tuple[str | int, ...]) -> str:
-    """Keys with dots in between, and numbers of sections from 1, as in "contact.patch 2.gap"."""
-    words = (f".{part}" if isinstance(part, str) else f" {part + 1}" for part in places)
+    """Keys with dots in between, and numbers of sections from 1, as in "contact.patch[2].gap"."""
+    words = (f".{part}" if isinstance(part, str) else f"[{part + 1}]" for part in places)
     return "".join(words).removeprefix(".")
 
 

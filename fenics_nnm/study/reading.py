@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +13,21 @@ from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Plate, Rod
-from fenics_nnm.study.body import MeshFile
+from fenics_nnm.study.attachments import MassSection, SpringSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection
+from fenics_nnm.study.groups import GroupSection
+from fenics_nnm.study.material import material_record
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
+from fenics_nnm.study.mesh import CAD_ENDINGS, CadFile, MeshFile
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
+
+#: Record of each section that may come several times, by its values.
+_LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
+    "material": material_record,
+    "mass": lambda values: MassSection,
+    "spring": lambda values: SpringSection,
+}
 
 
 def read_study(path: Path) -> Study:
@@ -52,6 +64,8 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
     try:
         for name, record in filter(None, parts):
             values = {**values, name: _checked(record, values[name], (name,), path)}
+        if kind is MeshStudy:
+            values = {**values, **_listed(values, path), **_groups(values, path)}
         return _checked(kind, values, (), path)
     except ValidationError as error:
         raise StudyError(f"{path}: {error}") from error
@@ -75,6 +89,26 @@ def _checked(record: type[BaseModel], values: Any, place: tuple[str, ...], path:
         raise StudyError(f"{path}: {first_error(error, record, values, place)}") from error
 
 
+def _groups(values: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Picked groups, checked one by one, as their names may be any."""
+    if "groups" not in values:
+        return {}
+    groups = values["groups"]
+    if not isinstance(groups, dict):
+        raise StudyError(f"{path}: groups = {shown(groups)}: must be a section with keys")
+    for name, group in groups.items():
+        if not isinstance(group, dict):
+            raise StudyError(
+                f"{path}: groups.{name} = {shown(group)}: must be a section with conditions"
+            )
+    return {
+        "groups": {
+            name: _checked(GroupSection, group, ("groups", name), path)
+            for name, group in groups.items()
+        }
+    }
+
+
 def _matrices_record(
     values: dict[str, Any], path: Path
 ) -> tuple[str, type[MatrixArchive | MatrixFiles]] | None:
@@ -95,16 +129,39 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     if not isinstance(mesh, dict):
         raise StudyError(f"{path}: mesh = {shown(mesh)}: must be a section with keys")
     if "file" in mesh:
-        return "mesh", MeshFile
+        cad = isinstance(mesh["file"], str) and Path(mesh["file"]).suffix.lower() in CAD_ENDINGS
+        return "mesh", CadFile if cad else MeshFile
     models: dict[str, type[BaseModel]] = {"rod": Rod, "beam": Beam, "plate": Plate, "blade": Blade}
     model = mesh.get("model")
     if not isinstance(model, str) or model not in models:
         known = ", ".join(f'"{name}"' for name in models)
         given = f"mesh.model = {shown(model)}:" if "model" in mesh else "mesh.model: is missing,"
         raise StudyError(
-            f"{path}: {given} must be one of {known}, or mesh.file the name of a .msh file"
+            f"{path}: {given} must be one of {known}, or mesh.file the name of a mesh or CAD file"
         )
     return "mesh", models[model]
+
+
+def _listed(values: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Sections that may come several times, each checked as the record that it is meant for."""
+    checked = {}
+    for name, record in _LISTED.items():
+        given = values.get(name, [])
+        if given == []:
+            continue
+        sections = [given] if isinstance(given, dict) else given
+        if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
+            raise StudyError(f"{path}: {name} = {shown(given)}: must be a section with keys")
+        checked[name] = tuple(
+            _checked(record(section), section, (_numbered(name, number, given),), path)
+            for number, section in enumerate(sections, start=1)
+        )
+    return checked
+
+
+def _numbered(name: str, number: int, given: Any) -> str:
+    """Name of one of several sections, counted from 1."""
+    return name if isinstance(given, dict) else f"{name}[{number}]"
 
 
 def _contact_record(
@@ -124,15 +181,11 @@ def _contact_record(
 
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
-    values = {key: dict(item) if isinstance(item, dict) else item for key, item in values.items()}
-    clamp, contact = values.get("clamp"), values.get("contact")
-    if isinstance(clamp, dict):
-        values["clamp"] = _with_lists(clamp)
-    if isinstance(contact, dict):
-        values["contact"] = _prepared_patch(contact, folder)
-        patches = contact.get("patch")
-        if isinstance(patches, list):
-            values["contact"]["patch"] = [_prepared_patch(patch, folder) for patch in patches]
+    values = copy.deepcopy(values)
+    for part in _tables(values, ("clamp", "contact", *_LISTED)) + _picking(values):
+        _prepare(part, folder)
+        for patch in _tables(part, ("patch",)):
+            _prepare(patch, folder)
     paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
     for section, keys in paths.items():
         table = values.get(section)
@@ -146,21 +199,30 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     return values
 
 
-def _with_lists(table: dict[str, Any]) -> dict[str, Any]:
-    """A section whose names of facets are lists."""
-    single = {key: [table[key]] for key in ("facets", "against") if isinstance(table.get(key), str)}
-    return {**table, **single}
+def _tables(values: dict[str, Any], names: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Sections of some names, of which there may be several each."""
+    found = [values.get(name) for name in names]
+    flat = [table for each in found for table in (each if isinstance(each, list) else [each])]
+    return [table for table in flat if isinstance(table, dict)]
 
 
-def _prepared_patch(patch: Any, folder: Path) -> Any:
-    """A patch whose names of facets are lists, and whose casing has its path."""
-    if not isinstance(patch, dict):
-        return patch
-    patch = _with_lists(patch)
-    casing = patch.get("casing")
+def _prepare(table: dict[str, Any], folder: Path) -> None:
+    """Make single names of groups lists, and the path of a casing's table relative."""
+    for key in ("against", "cells", "facets"):
+        if isinstance(table.get(key), str):
+            table[key] = [table[key]]
+    casing = table.get("casing")
     if isinstance(casing, dict) and isinstance(casing.get("file"), str):
-        patch["casing"] = {**casing, "file": str(folder / casing["file"])}
-    return patch
+        casing["file"] = str(folder / casing["file"])
+
+
+def _picking(values: dict[str, Any]) -> list[dict[str, Any]]:
+    """Tables that name groups of facets inside [groups] and mesh.refine."""
+    groups, mesh = values.get("groups"), values.get("mesh")
+    tables = list(groups.values()) if isinstance(groups, dict) else []
+    refine = mesh.get("refine") if isinstance(mesh, dict) else None
+    tables += refine if isinstance(refine, list) else []
+    return [table for table in tables if isinstance(table, dict)]
 
 
 def _matrix_files(matrices: Any) -> tuple[str, ...]:

@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from fenics_nnm.errors import ModelError
+
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Count = Annotated[int, Field(gt=0)]
@@ -31,3 +33,14 @@ class Record(BaseModel):
     """A section of a study file: frozen, without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+def fitted(vector: tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:
+    """A vector with as many components as the mesh has dimensions.
+
+    Raises:
+        ModelError: if it has fewer, or others that are not zero.
+    """
+    if len(vector) < dim or any(vector[dim:]):
+        raise ModelError(f"{name} = {list(vector)}: must have {dim} components as the mesh has")
+    return vector[:dim]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Self
 
 from pydantic import model_validator
@@ -9,7 +10,8 @@ from pydantic import model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
-from fenics_nnm.study.body import BodySection, ClampSection, MaterialSection, MeshFile
+from fenics_nnm.study.attachments import MassSection, SpringSection
+from fenics_nnm.study.body import BodySection, ClampSection
 from fenics_nnm.study.contact import (
     ContactSection,
     LawSection,
@@ -17,7 +19,10 @@ from fenics_nnm.study.contact import (
     PatchesSection,
 )
 from fenics_nnm.study.continuation import ContinuationSection
+from fenics_nnm.study.groups import GroupSection
+from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
+from fenics_nnm.study.mesh import CadFile, MeshFile
 from fenics_nnm.study.output import OutputSection
 from fenics_nnm.study.record import Record
 from fenics_nnm.study.solution import AugmentedLagrangianSection, ModeSection, ReductionSection
@@ -180,11 +185,24 @@ class _AnyStudy(Record):
 class MeshStudy(_AnyStudy):
     """All that a run of a mesh needs to know; lengths in m unless a key says otherwise."""
 
-    mesh: MeshFile | Geometry
+    mesh: MeshFile | CadFile | Geometry
+    groups: Mapping[str, GroupSection] = {}
     body: BodySection
-    material: MaterialSection
+    material: Materials
+    mass: tuple[MassSection, ...] = ()
+    spring: tuple[SpringSection, ...] = ()
     clamp: ClampSection | None = None
     contact: ContactSection | PatchesSection
+
+    @model_validator(mode="after")
+    def _materials_have_cells(self) -> MeshStudy:
+        for number, section in enumerate(self.material, start=1):
+            if len(self.material) > 1 and section.cells is None:
+                raise ValueError(
+                    f"material[{number}].cells: is missing: with several materials each names its "
+                    "groups of cells"
+                )
+        return self
 
 
 class MatrixStudy(_AnyStudy):
@@ -196,14 +214,17 @@ class MatrixStudy(_AnyStudy):
     @model_validator(mode="before")
     @classmethod
     def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("mesh", "body", "material", "clamp"):
+        for key in ("mesh", "groups", "body", "material", "clamp", "mass", "spring"):
             if key in values:
                 raise ValueError(
                     f"{key}: does not go with [matrices], which hold the whole structure, "
                     "held by its clamp"
                 )
-        if isinstance(values.get("output"), dict) and "frames" in values["output"]:
-            raise ValueError("output.frames: belongs to [mesh]: matrices have no ParaView files")
+        for key in ("frames", "fields"):
+            if isinstance(values.get("output"), dict) and key in values["output"]:
+                raise ValueError(
+                    f"output.{key}: belongs to [mesh]: matrices have no ParaView files"
+                )
         return values
 
     @model_validator(mode="after")

@@ -3,7 +3,7 @@
 The independent witness is integration in time of the reduced model. It verifies a point, unless
 the reduction is expected to put its frequency off by more than 1e-3, in one of three ways:
 
-* below grazing the motion is the linear mode, in closed form;
+* below grazing, or lift-off, the motion is the linear mode, in closed form;
 * the motion starts with its energy within 1 % and comes back within 5 % after a period, and the
   exact motion of the same energy that shooting finds is near it (10 %) and has its frequency
   (1e-3);
@@ -52,9 +52,9 @@ _LARGEST_EQUATION_ERROR = 1e-6
 
 #: Verified: return error after a period, error of the energy of the initial state, and what the
 #: exact motion, and the motion without reduction if that is known, may differ by from the point.
-_VERIFIED_RETURN_ERROR = 0.05
+VERIFIED_RETURN_ERROR = 0.05
 _VERIFIED_START_ENERGY = 0.01
-_VERIFIED_CHANGE = 1e-3
+VERIFIED_CHANGE = 1e-3
 _VERIFIED_DISTANCE = 0.1
 _VERIFIED_SHOT_RETURN_ERROR = 1e-10
 
@@ -136,7 +136,8 @@ def internal_resonance(
     found = strongest_resonance(model, series, point.q, omega, mode=mode, harmonic=harmonic)
     if found.entered:
         return str(found)
-    still = stands_still(series, point.q, point.slope_ratio, mode=mode, harmonic=harmonic)
+    by_mode = point.q @ model.at_rest().shapes
+    still = stands_still(series, by_mode, point.slope_ratio, mode=mode, harmonic=harmonic)
     return UNNAMED if still else ""
 
 
@@ -192,15 +193,15 @@ def _failure(point: BranchPoint, found: Return) -> str:
 
 def _doubt(point: BranchPoint, found: Return) -> str:
     """Why integration in time does not confirm the point, or nothing."""
-    if abs(point.reduction_error) > _VERIFIED_CHANGE:
+    if abs(point.reduction_error) > VERIFIED_CHANGE:
         return f"the reduction is expected to put its frequency off by {point.reduction_error:+.2%}"
     if np.isnan(point.shot_frequency):
         return _doubt_without_exact_motion(point, found)
     if abs(found.start_energy) > _VERIFIED_START_ENERGY:
         return _energy_off(found)
-    if point.return_error > _VERIFIED_RETURN_ERROR:
+    if point.return_error > VERIFIED_RETURN_ERROR:
         return f"after one period the motion misses its start by {point.return_error:.1%}"
-    if abs(_shot_change(point)) > _VERIFIED_CHANGE:
+    if abs(_shot_change(point)) > VERIFIED_CHANGE:
         return f"the exact motion of its energy is {_shot_change(point):+.2%} away in frequency"
     if point.shot_distance > _VERIFIED_DISTANCE:
         return f"the exact motion of its energy is {point.shot_distance:.0%} of the amplitude away"

@@ -1,0 +1,44 @@
+"""fenics-nnm plot: pictures of a results folder."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show
+from fenics_nnm.errors import StudyError
+
+#: Formats of plots where none are named.
+_FORMATS = "png,svg"
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    plot = commands.add_parser("plot", help="draw the pictures of a results folder")
+    plot.add_argument("results", type=Path, metavar="DIR", help="results folder of a run")
+    plot.add_argument(
+        "--output", type=Path, metavar="FOLDER", help="folder of the pictures: DIR/pictures"
+    )
+    plot.add_argument(
+        "--formats", default=_FORMATS, metavar="LIST", help=f"png, svg, pdf: {_FORMATS}"
+    )
+    add_verbose(plot)
+    plot.set_defaults(action=_plot)
+
+
+def _plot(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.output.gallery import FORMATS, MANIFEST, make_pictures
+
+    formats = tuple(dict.fromkeys(arguments.formats.split(",")))
+    for name in formats:
+        if name not in FORMATS:
+            raise StudyError(
+                f"--formats {arguments.formats}: {name!r} must be one of {', '.join(FORMATS)}"
+            )
+    comm, folder = MPI.COMM_WORLD, arguments.output or arguments.results / "pictures"
+    pictures = on_root(comm, lambda: make_pictures(arguments.results, folder, formats=formats))
+    show(console_of(comm), f"{len(pictures)} pictures in {folder}; {MANIFEST} describes them")
+    return DONE

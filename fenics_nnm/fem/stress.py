@@ -1,0 +1,160 @@
+"""Stress of a displacement in one material, in UFL."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
+from fenics_nnm.materials.elasticity import (
+    IN_PLANE,
+    PLACES,
+    Isotropic,
+    plane_strain,
+    plane_stress,
+    rotated,
+    uniaxial,
+)
+from fenics_nnm.materials.material import Material
+from fenics_nnm.materials.orientation import Axes, Cylindrical
+
+Theory = Literal["rod", "plane-stress", "plane-strain", "solid"]
+
+Expr = Any
+"""An expression of UFL."""
+
+#: Places of the components that each dimension has.
+_PLACES = {1: PLACES[:1], 2: tuple(PLACES[i] for i in IN_PLANE), 3: PLACES}
+
+#: A point is on the axis of cylindrical material axes within this part of the coordinates' size.
+_ON_AXIS = 1e-9
+
+
+def strain(u: Expr) -> Expr:
+    """Small-strain tensor of a displacement."""
+    return ufl.sym(ufl.grad(u))
+
+
+def stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
+    """Stress in Pa that does work on the strains of the theory, a (dim, dim) tensor.
+
+    Plane theories take the three-dimensional law without stress on the plane, or without
+    strain along z; a rod has the stress E u', with E = 1 / S_11 in its direction.
+
+    Raises:
+        ModelError: if the material's orientation does not go with the theory.
+    """
+    if isinstance(material.law, Isotropic):
+        return _isotropic(strain(u), material.law, theory, mesh)
+    return _anisotropic(strain(u), material, theory, mesh)[0]
+
+
+def cauchy_stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
+    """Stress in Pa as a 3 x 3 tensor, with sigma_zz of plane strain."""
+    own = stress(u, material, theory, mesh)
+    if theory == "solid":
+        return own
+    size = len(u)
+    rows = [[own[i, j] if max(i, j) < size else 0 for j in range(3)] for i in range(3)]
+    if theory == "plane-strain" and isinstance(material.law, Isotropic):
+        # tr(sigma) / 2 = (lambda + mu) tr(strain), and lambda / (lambda + mu) = 2 nu
+        rows[2][2] = fem.Constant(mesh, float(material.law.poisson)) * ufl.tr(own)
+    elif theory == "plane-strain":
+        rows[2][2] = _anisotropic(strain(u), material, theory, mesh)[1]
+    return ufl.as_tensor(rows)
+
+
+def assert_off_axis(material: Material, points: Array) -> None:
+    """Refuse cylindrical material axes where they are not defined: on their axis.
+
+    Args:
+        material: Material.
+        points: Points of its part of the body on this rank in m, shape (n, 3).
+
+    Raises:
+        ModelError: if a point is on the axis.
+    """
+    turning = material.orientation
+    if isinstance(material.law, Isotropic) or not isinstance(turning, Cylindrical):
+        return
+    away = points - np.array(turning.origin)
+    away -= np.outer(away @ turning.unit, turning.unit)
+    size = np.abs(points).max(initial=0.0)
+    if np.any(np.linalg.norm(away, axis=1) <= _ON_AXIS * size):
+        raise ModelError(
+            "material.orientation.cylindrical: the axis runs through the material, where the "
+            "radial direction is not defined: must lie outside"
+        )
+
+
+def _isotropic(epsilon: Expr, law: Isotropic, theory: Theory, mesh: dmesh.Mesh) -> Expr:
+    """Hooke's law; in plane stress 2 lambda mu / (lambda + 2 mu) takes the place of lambda."""
+    if theory == "rod":
+        return fem.Constant(mesh, float(law.young)) * epsilon
+    lam, mu = law.lame
+    if theory == "plane-stress":
+        lam = law.young * law.poisson / (1 - law.poisson**2)
+    first, second = fem.Constant(mesh, float(lam)), fem.Constant(mesh, float(2 * mu))
+    return first * ufl.tr(epsilon) * ufl.Identity(epsilon.ufl_shape[0]) + second * epsilon
+
+
+def _anisotropic(
+    epsilon: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh
+) -> tuple[Expr, Expr]:
+    """Stress tensor, and the stress along z that plane strain needs."""
+    stiffness, local = material.law.stiffness, None
+    if isinstance(material.orientation, Axes):
+        stiffness = rotated(stiffness, material.orientation.matrix)
+    else:
+        local = _cylindrical_axes(material.orientation, mesh)
+        epsilon = local * epsilon * local.T
+    places = _PLACES[epsilon.ufl_shape[0]]
+    strains = ufl.as_vector([(1 if i == j else 2) * epsilon[i, j] for i, j in places])
+    sigma = _symmetric(
+        fem.Constant(mesh, np.ascontiguousarray(_reduced(stiffness, theory))) * strains, places
+    )
+    along = None
+    if theory == "plane-strain":
+        along = ufl.dot(fem.Constant(mesh, stiffness[2, list(IN_PLANE)]), strains)
+    return sigma if local is None else local.T * sigma * local, along
+
+
+def _reduced(stiffness: Array, theory: Theory) -> Array:
+    """The law of a theory: of strains that it has to stresses that work on them."""
+    if theory == "rod":
+        return np.array([[uniaxial(stiffness)]])
+    if theory == "plane-stress":
+        return plane_stress(stiffness)
+    return plane_strain(stiffness) if theory == "plane-strain" else stiffness
+
+
+def _symmetric(components: Expr, places: tuple[tuple[int, int], ...]) -> Expr:
+    number = {place: index for index, place in enumerate(places)}
+    size = 1 + max(i for i, _ in places)
+    return ufl.as_tensor(
+        [[components[number[min(i, j), max(i, j)]] for j in range(size)] for i in range(size)]
+    )
+
+
+def _cylindrical_axes(turning: Cylindrical, mesh: dmesh.Mesh) -> Expr:
+    """Rows e_r, e_theta and, in three dimensions, e_axis at each point."""
+    dim, axis = mesh.geometry.dim, turning.unit
+    if dim == 1 or (dim == 2 and np.any(axis[:2])):
+        needs = "a body in 2-D or 3-D" if dim == 1 else "the axis z in 2-D"
+        raise ModelError(
+            f"material.orientation.cylindrical: axis = {list(turning.axis)}: needs {needs}"
+        )
+    x, origin = ufl.SpatialCoordinate(mesh), turning.origin
+    away = ufl.as_vector([x[i] - float(origin[i]) if i < dim else 0.0 for i in range(3)])
+    along = ufl.as_vector([float(a) for a in axis])
+    radial = away - ufl.dot(away, along) * along
+    # on the axis the length is kept from 0, since other materials may lie there
+    radial = radial / ufl.sqrt(ufl.max_value(ufl.dot(radial, radial), np.finfo(float).tiny))
+    hoop = ufl.cross(along, radial)
+    rows = [radial, hoop, along][:dim]
+    return ufl.as_matrix([[row[i] for i in range(dim)] for row in rows])

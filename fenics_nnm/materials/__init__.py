@@ -1,0 +1,1 @@
+"""Linear elastic materials: laws, orientation, and a small library of alloys."""

@@ -1,0 +1,146 @@
+"""All pictures of a results folder, and the list of them."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from fenics_nnm.errors import OutputError
+from fenics_nnm.output.pictures.accuracy import accuracy_plots
+from fenics_nnm.output.pictures.animation import plan_animation, write_gif
+from fenics_nnm.output.pictures.backbone import frequency_plots
+from fenics_nnm.output.pictures.body import plan_energies, plan_mesh, view_of
+from fenics_nnm.output.pictures.contact import contact_plots
+from fenics_nnm.output.pictures.motion import motion_plots
+from fenics_nnm.output.pictures.panels import Animation, Plan
+from fenics_nnm.output.pictures.renderer import RenderError, render
+from fenics_nnm.output.pictures.results import Results, read_results
+from fenics_nnm.output.pictures.shares import share_plots
+from fenics_nnm.output.pictures.space_time import space_time_plots
+from fenics_nnm.output.pictures.style import Plot, save
+
+logger = logging.getLogger(__name__)
+
+#: File with the list of the pictures, in their folder.
+MANIFEST = "pictures.json"
+
+#: Formats that plots can be written in.
+FORMATS = ("png", "svg", "pdf")
+
+#: Formats of pictures of bodies, which vectors would not make smaller.
+_OF_BODIES = ("png",)
+
+#: What makes plots, in the order of the list.
+_PLOTS: tuple[Callable[[Results], list[Plot]], ...] = (
+    frequency_plots,
+    contact_plots,
+    motion_plots,
+    space_time_plots,
+    share_plots,
+    accuracy_plots,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture in a folder.
+
+    Attributes:
+        file: Name of its file.
+        title: A few words.
+        caption: What is seen, in sentences, with units.
+        group: "frequency", "contact", "motion", "accuracy" or "body".
+        also: Names of the files with the same picture in other formats.
+    """
+
+    file: str
+    title: str
+    caption: str
+    group: str
+    also: tuple[str, ...] = ()
+
+
+def make_pictures(
+    results: Path, folder: Path, *, formats: Sequence[str] = ("png", "svg")
+) -> tuple[Picture, ...]:
+    """Draw all that makes sense for a results folder, and write the list of it.
+
+    Args:
+        results: Results folder of a run, of a mesh or of matrices.
+        folder: Folder of the pictures, made if need be.
+        formats: Formats of the plots, the first one that of `Picture.file`; pictures of the body
+            are PNG and GIF files.
+
+    Raises:
+        OutputError: if there is no branch to draw, or the pictures cannot be written.
+    """
+    found = read_results(results)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        plots = [_saved(plot, folder, formats) for make in _PLOTS for plot in make(found)]
+        pictures = (*plots, *draw(body_plans(found), folder))
+        write_manifest(folder, pictures)
+    except OSError as error:
+        if isinstance(error, OutputError):
+            raise
+        raise OutputError(
+            f"{error.filename or folder}: cannot be written: {error.strerror or error}"
+        ) from error
+    return pictures
+
+
+def body_plans(results: Results) -> list[Plan]:
+    """Mesh, shapes at several energies and motion of a body; nothing for matrices."""
+    body = results.body
+    if body is None:
+        return []
+    view = view_of(body, results.tip)
+    return [
+        plan_mesh(body, view),
+        plan_energies(results, body, view),
+        plan_animation(results, body, view),
+    ]
+
+
+def draw(plans: Sequence[Plan], folder: Path) -> list[Picture]:
+    """Draw planned pictures of bodies; where there is no renderer, say so in a line and go on.
+
+    Args:
+        plans: Pictures with their scenes.
+        folder: Folder of the PNG and GIF files.
+
+    Raises:
+        OSError: if they cannot be written.
+    """
+    if not plans:
+        return []
+    try:
+        images = iter(render([scene for plan in plans for scene in plan.scenes]))
+    except RenderError as error:
+        logger.warning("pictures of the body are left out, as they cannot be drawn: %s", error)
+        return []
+    return [
+        _saved(plan.finish([next(images) for _ in plan.scenes]), folder, _OF_BODIES)
+        for plan in plans
+    ]
+
+
+def write_manifest(folder: Path, pictures: Sequence[Picture]) -> None:
+    """Write the list of the pictures in a folder.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    listed = {"pictures": [asdict(picture) for picture in pictures]}
+    (folder / MANIFEST).write_text(json.dumps(listed, indent=2) + "\n", "utf-8")
+
+
+def _saved(plot: Plot | Animation, folder: Path, formats: Sequence[str]) -> Picture:
+    if isinstance(plot, Animation):
+        write_gif(folder / f"{plot.name}.gif", plot.frames)
+        return Picture(f"{plot.name}.gif", plot.title, plot.caption, plot.group)
+    file, *also = save(plot.figure, folder, plot.name, formats)
+    return Picture(file, plot.title, plot.caption, plot.group, tuple(also))

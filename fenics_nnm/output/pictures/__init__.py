@@ -1,0 +1,1 @@
+"""Pictures of a results folder, one kind a module."""

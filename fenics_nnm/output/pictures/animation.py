@@ -1,0 +1,150 @@
+"""An animation of one period of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, to_rgb
+from PIL import Image as PillowImage
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.pictures.body import OUTLINE, contact_balls, factor_for, size_of
+from fenics_nnm.output.pictures.panels import (
+    Animation,
+    Plan,
+    height_over_width,
+    legend_of,
+    show,
+)
+from fenics_nnm.output.pictures.renderer import Image
+from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.output.pictures.scene import Camera, Faces, Layer, Lines, Scene, View
+from fenics_nnm.output.pictures.skin import Skin, skin_of
+from fenics_nnm.output.pictures.style import RED, SIZE, label_bar, new_figure, unit_for
+from fenics_nnm.output.stored_branch import StoredBranch
+
+#: Frames of a period, and how long each is shown in ms.
+FRAMES, _SHOWN = 30, 70
+
+#: Width of a frame in inches, its dots per inch, and most height over width.
+_WIDTH, _DPI, _SLENDEREST = 4.6, 110, 1.3
+
+#: Longer side of the drawn scene in pixels.
+_PIXELS = 480
+
+#: Rows of pure colours that the palette of a file must have, in pixels.
+_SWATCH = 40
+
+
+def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
+    """The last of the chosen motions over one period, with balls where it is in contact."""
+    point, skin = results.chosen[-1], skin_of(body)
+    time = np.arange(FRAMES) / FRAMES
+    phase = 2 * np.pi * time + results.middle(point) - np.pi
+    fields = body.displacement(point, phase)
+    pressed = results.forces(point, phase) > 0
+    factor = factor_for(skin, list(fields))
+    magnitude = np.linalg.norm(fields, axis=2)
+    unit = unit_for(magnitude, "m")
+    limits = (0.0, unit.factor * float(magnitude.max()) or 1.0)
+    places = [skin.moved(field, factor) for field in fields]
+    camera = Camera.around(np.vstack([skin.places, *places]), view, pixels=_PIXELS, slenderness=0.3)
+    scenes = []
+    for frame, moved in enumerate(places):
+        faces = Faces(
+            moved,
+            skin.faces,
+            values=unit.factor * magnitude[frame][skin.source],
+            limits=limits,
+            colours=SIZE,
+            lit=skin.dim == 3,
+        )
+        outline = Lines(skin.places[skin.edges], OUTLINE, 1.2)
+        balls = _touching(body, skin, fields[frame], np.flatnonzero(pressed[frame]), factor)
+        scenes.append(Scene([outline, faces, *balls], camera))
+
+    def finish(images: Sequence[Image]) -> Animation:
+        bar = ScalarMappable(Normalize(*limits), SIZE)
+        frames = _frames(images, camera, time, bar, f"displacement  ({unit.name})", _title(point))
+        times = "to scale" if factor == 1 else f"{factor:g} times as large"
+        caption = (
+            f"One period of nonlinear mode {results.header.mode} at energy coordinate "
+            f"{point.gamma_ratio:g} ({point.frequency:.5g} Hz). Colours: displacement in "
+            f"{unit.name}, drawn {times}; lines: at rest; red balls: contact points that touch. "
+            "The middle of contact is at t / T = 0.5."
+        )
+        return Animation("motion", "Motion over one period", caption, "body", frames)
+
+    return Plan(scenes, finish)
+
+
+def write_gif(path: Path, frames: Sequence[Image]) -> None:
+    """Write frames of one size as a GIF that goes on and on.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    plain = PillowImage.Dither.NONE
+    swatches = [
+        np.full((_SWATCH, *frames[0].shape[1:]), [round(255 * part) for part in to_rgb(colour)])
+        for colour in ("white", RED, OUTLINE, "black")
+    ]
+    shown = np.vstack([*frames[:: max(1, len(frames) // 4)], *swatches]).astype(np.uint8)
+    palette = PillowImage.fromarray(shown).quantize(256, dither=plain)
+    images = [
+        PillowImage.fromarray(frame).quantize(palette=palette, dither=plain) for frame in frames
+    ]
+    images[0].save(
+        path, save_all=True, append_images=images[1:], duration=_SHOWN, loop=0, optimize=True
+    )
+
+
+def _touching(
+    body: StoredBranch, skin: Skin, field: Array, touching: Indices, factor: float
+) -> list[Layer]:
+    """Balls at the contact points that touch, where they have moved to."""
+    if not len(touching):
+        return []
+    moved = field[body.contact_nodes[touching]]
+    places = body.contact_points[touching] + factor * np.pad(
+        moved, ((0, 0), (0, 3 - moved.shape[1]))
+    )
+    return [contact_balls(places, size_of(skin.places))]
+
+
+def _title(point: BranchPoint) -> str:
+    return (
+        rf"$\gamma / \gamma_\mathrm{{grazing}} = {point.gamma_ratio:g}$, {point.frequency:.5g} Hz"
+    )
+
+
+def _frames(
+    images: Sequence[Image],
+    camera: Camera,
+    time: Array,
+    bar: ScalarMappable,
+    label: str,
+    title: str,
+) -> list[Image]:
+    """Drawn scenes with a scale of colours and the time."""
+    height = min(_SLENDEREST, height_over_width(camera)) * _WIDTH * 0.8 + 0.7
+    figure = new_figure(height, _WIDTH)
+    axes = figure.subplots()
+    show(axes, images[0], camera)
+    label_bar(figure.colorbar(bar, ax=axes, shrink=0.85), label)
+    heading = axes.set_title("", fontsize=9)
+    legend_of(figure, [("ball", RED, "in contact"), ("line", OUTLINE, "at rest")])
+    figure.set_dpi(_DPI)
+    canvas = FigureCanvasAgg(figure)
+    frames = []
+    for image, instant in zip(images, time, strict=True):
+        axes.images[0].set_data(image)
+        heading.set_text(f"{title}, t / T = {instant:.2f}")
+        canvas.draw()
+        frames.append(np.asarray(canvas.buffer_rgba())[:, :, :3].copy())
+    return frames

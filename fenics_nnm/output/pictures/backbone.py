@@ -1,0 +1,308 @@
+"""The frequency of a branch over energy and amplitude, with all that is known of its points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.pictures.amplitude import amplitude_of
+from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.output.pictures.style import (
+    BLACK,
+    BLUE,
+    GAMMA,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    Plot,
+    label,
+    legend_below,
+    new_axes,
+    new_figure,
+)
+from fenics_nnm.time_domain.bifurcations import KINDS, Bifurcation
+from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
+
+
+class Mark(NamedTuple):
+    """How points of one kind are drawn."""
+
+    marker: str
+    face: str
+    edge: str
+    size: float
+
+
+#: Marks of the points of each status, and of each kind of bifurcation.
+_STATUSES = {
+    VERIFIED: Mark("o", BLUE, BLUE, 4.5),
+    CONVERGED: Mark("o", "white", BLUE, 4.5),
+    RESONANT: Mark("s", "white", PURPLE, 4.5),
+    FAILED: Mark("X", "white", RED, 4.5),
+}
+_BIFURCATIONS = {
+    kind: Mark(marker, "none", BLACK, 8) for kind, marker in zip(KINDS, "vPD*", strict=True)
+}
+
+#: Line style, width and legend of the curve near points that are stable, unstable, or not known.
+_LINES = {
+    "stable": ("-", 1.6, "stable"),
+    "unstable": ("--", 1.2, "unstable"),
+    "": ("-", 0.6, "stability not known"),
+}
+
+#: Energies that span more than this factor are drawn on a logarithmic axis.
+_LOGARITHMIC = 30
+
+_ENERGY = "total energy  (J)"
+
+#: Numbers of internal resonances stand so far apart, in points.
+_LETTER = 9.0
+
+#: Room for them above the curve, as a part of its height.
+_ROOM = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a bifurcation is.
+
+    Attributes:
+        kind: One of `KINDS`.
+        gamma_ratio: Modal energy coordinate over its value at grazing.
+        energy: Total energy in J.
+        frequency: Frequency in Hz.
+    """
+
+    kind: str
+    gamma_ratio: float
+    energy: float
+    frequency: float
+
+
+def plot_backbone(
+    path: Path,
+    points: Sequence[BranchPoint],
+    *,
+    title: str,
+    linear_frequency: float,
+    failures: Sequence[float] = (),
+    bifurcations: Sequence[Bifurcation] = (),
+    curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
+) -> None:
+    """Frequency over gamma ratio and over energy, with the Rayleigh frequency.
+
+    Half of the way from a point to its neighbours is drawn as the point is: stable or unstable.
+
+    Args:
+        path: Picture file to write.
+        points: Points of the branch, by ascending energy.
+        title: Title of the study.
+        linear_frequency: Frequency of the linear mode in Hz.
+        failures: Gamma ratios without a point.
+        bifurcations: Bifurcations to mark.
+        curves: Further curves by name, as gamma ratios and frequencies in Hz.
+    """
+    figure = new_figure(4.4, 9.0)
+    left, right = figure.subplots(1, 2, sharey=True)
+    ratios, energies = _of(points, "gamma_ratio"), _of(points, "energy")
+    _draw(left, ratios, points)
+    _draw(right, energies, points)
+    places = [Place(b.kind, b.gamma_ratio, b.energy, b.frequency) for b in bifurcations]
+    _draw_bifurcations(left, [place.gamma_ratio for place in places], places)
+    _draw_bifurcations(right, [place.energy for place in places], places)
+    for axes in (left, right):
+        axes.axhline(linear_frequency, color=GREY, lw=0.8, label="linear mode")
+    styles = ("k-", "k:", "k-.")
+    for (name, (gamma, values)), style in zip((curves or {}).items(), styles, strict=False):
+        left.plot(gamma, values, style, lw=1, label=name, zorder=0.5)
+    _draw_failures(left, failures)
+    left.axvline(1, color=GREY, lw=0.8, ls=":", label="grazing")
+    label(left, GAMMA, "frequency  (Hz)")
+    _set_energy_scale(right, energies)
+    label(right, _ENERGY, "")
+    legend_below(figure, left, columns=4)
+    figure.suptitle(title, fontsize=10)
+    figure.savefig(path, dpi=150)
+
+
+def frequency_plots(results: Results) -> list[Plot]:
+    """The frequency over the energy coordinate, over the energy, and over the amplitude."""
+    amplitude = amplitude_of(results)
+    axes = [
+        ("frequency_gamma", "gamma", GAMMA, results.ratios, "gamma_ratio"),
+        ("frequency_energy", "energy", _ENERGY, _of(results.points, "energy"), "energy"),
+        ("frequency_amplitude", "amplitude", amplitude.label, amplitude.values, ""),
+    ]
+    return [_frequency_plot(results, *each, amplitude.told) for each in axes]
+
+
+def _frequency_plot(
+    results: Results,
+    name: str,
+    over: str,
+    abscissa_label: str,
+    abscissa: Array,
+    attribute: str,
+    amplitude: str,
+) -> Plot:
+    """One frequency curve; `attribute` is that of bifurcations on its abscissa."""
+    figure = new_figure(3.7)
+    axes = new_axes(figure, abscissa_label, "frequency  (Hz)")
+    _draw(axes, abscissa, results.points)
+    places = _places(results.summary) if attribute else []
+    _draw_bifurcations(axes, [getattr(place, attribute) for place in places], places)
+    axes.axhline(results.linear_frequency, color=GREY, lw=0.8, label="linear mode")
+    if over == "gamma":
+        failures = results.summary.get("failures", [])
+        _draw_failures(axes, [failure["gamma_ratio"] for failure in failures])
+        axes.axvline(1, color=GREY, lw=0.8, ls=":", label="grazing")
+    if over == "energy":
+        _set_energy_scale(axes, abscissa)
+    label(axes, abscissa_label, "frequency  (Hz)")
+    numbers = _number_resonances(axes, abscissa, results.points)
+    legend_below(figure, axes, columns=3)
+    what = {
+        "gamma": "the modal energy coordinate over its value where contact begins (1)",
+        "energy": "the total energy in J",
+        "amplitude": amplitude,
+    }[over]
+    return Plot(
+        name=name,
+        title=f"Frequency over {'energy coordinate' if over == 'gamma' else over}",
+        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {what}. "
+        "The Rayleigh frequency is that of the paper; it is not the frequency of the motion "
+        f"once there is a gap.{_verdicts(results.points)}{numbers}",
+        group="frequency",
+        figure=figure,
+    )
+
+
+def _of(points: Sequence[BranchPoint], name: str) -> Array:
+    return np.array([getattr(point, name) for point in points])
+
+
+def _draw(axes: Axes, abscissa: Array, points: Sequence[BranchPoint]) -> None:
+    """The curve by its stability, the points by their status, and the Rayleigh frequency."""
+    frequency = _of(points, "frequency")
+    _draw_stability(axes, abscissa, frequency, [_stability(point) for point in points])
+    _draw_marks(axes, abscissa, frequency, [point.status for point in points], _STATUSES)
+    rayleigh = _of(points, "rayleigh_frequency")
+    axes.plot(abscissa, rayleigh, "-.", lw=1, color=ORANGE, label="Rayleigh frequency")
+
+
+def _draw_bifurcations(axes: Axes, abscissa: Sequence[float], places: Sequence[Place]) -> None:
+    frequency = np.array([place.frequency for place in places])
+    kinds = [place.kind for place in places]
+    _draw_marks(axes, np.array(abscissa), frequency, kinds, _BIFURCATIONS)
+
+
+def _draw_marks(
+    axes: Axes, x: Array, y: Array, kinds: Sequence[str], marks: Mapping[str, Mark]
+) -> None:
+    """Draw marks, those of each kind alike and with one entry of the legend."""
+    for kind, mark in marks.items():
+        chosen = np.array([each == kind for each in kinds], dtype=bool)
+        if chosen.any():
+            axes.plot(
+                x[chosen],
+                y[chosen],
+                mark.marker,
+                ms=mark.size,
+                mfc=mark.face,
+                mec=mark.edge,
+                label=kind,
+                zorder=3,
+            )
+
+
+def _draw_failures(axes: Axes, failures: Sequence[float]) -> None:
+    for number, ratio in enumerate(failures):
+        name = "no point found" if number == 0 else None
+        axes.axvline(ratio, color=RED, lw=0.8, alpha=0.5, label=name)
+
+
+def _set_energy_scale(axes: Axes, energies: Array) -> None:
+    if len(energies) and energies.min() > 0 and energies.max() > _LOGARITHMIC * energies.min():
+        axes.set_xscale("log")
+
+
+def _stability(point: BranchPoint) -> str:
+    return point.stability if point.stability in _LINES else "unstable"
+
+
+def _draw_stability(axes: Axes, x: Array, y: Array, kinds: Sequence[str]) -> None:
+    """Draw the curve in halves of the ways between points, those of each stability alike."""
+    for kind, (style, width, name) in _LINES.items():
+        parts = [_around(i, x, y) for i, each in enumerate(kinds) if each == kind]
+        if parts:
+            line = np.concatenate(parts)
+            axes.plot(line[:, 0], line[:, 1], style, lw=width, color=BLUE, label=name)
+
+
+def _around(index: int, x: Array, y: Array) -> Array:
+    """A point with the middles of the ways to its neighbours, and a gap, shape (4, 2)."""
+    near = [max(index - 1, 0), index, min(index + 1, len(x) - 1)]
+    line = np.column_stack([(x[near] + x[index]) / 2, (y[near] + y[index]) / 2])
+    return np.vstack([line, [np.nan, np.nan]])
+
+
+def _places(summary: Mapping[str, Any]) -> list[Place]:
+    """Bifurcations as summary.json has them."""
+    return [
+        Place(each["kind"], each["gamma_ratio"], each["energy_J"], each["frequency_Hz"])
+        for each in summary.get("bifurcations", [])
+    ]
+
+
+def _number_resonances(axes: Axes, x: Array, points: Sequence[BranchPoint]) -> str:
+    """Number the internal resonances where the branch enters them; what the numbers mean."""
+    entered: dict[str, int] = {}
+    for index, point in enumerate(points):
+        if point.resonance:
+            entered.setdefault(point.resonance, index)
+    if entered:
+        axes.margins(y=_ROOM)
+    taken: list[Array] = []
+    for number, index in enumerate(entered.values(), start=1):
+        place = (x[index], points[index].frequency)
+        offset = _LETTER
+        at = axes.transData.transform(place) * 72 / axes.figure.dpi + np.array([0, offset])
+        while any(np.abs(at - other).max() < _LETTER for other in taken):
+            offset += _LETTER
+            at[1] += _LETTER
+        taken.append(at)
+        axes.annotate(
+            str(number),
+            place,
+            xytext=(0, offset),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=8,
+            color=PURPLE,
+        )
+    if not entered:
+        return ""
+    named = ", ".join(f"{number}: {name}" for number, name in enumerate(entered, start=1))
+    return f" Internal resonances: {named}."
+
+
+def _verdicts(points: Sequence[BranchPoint]) -> str:
+    """What the marks of the points mean."""
+    told = {
+        VERIFIED: "verified: confirmed by integration in time",
+        CONVERGED: "converged: solves its equations, not confirmed in time",
+        RESONANT: "inside resonance: another mode draws energy",
+        FAILED: "failed: integration in time contradicts it",
+    }
+    found = {point.status for point in points}
+    return " Points are " + "; ".join(text for name, text in told.items() if name in found) + "."

@@ -1,0 +1,215 @@
+"""When and where a structure touches, how hard, and for how long."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.output.pictures.style import (
+    AMOUNT,
+    BLUE,
+    GAMMA,
+    GREEN,
+    PRESSURE,
+    RED,
+    TIME,
+    Plot,
+    Unit,
+    label,
+    label_bar,
+    legend_below,
+    new_axes,
+    new_figure,
+    shades,
+    unit_for,
+)
+
+#: Steps of the period in maps.
+_INSTANTS = 360
+
+#: Fewest contact points that a map is drawn of.
+_FEWEST = 2
+
+#: A direction within this cosine of an axis is called by the axis.
+_ALONG = 0.9
+
+
+def contact_plots(results: Results) -> list[Plot]:
+    """Maps over contact points and time, and the duration of contact; none without contact."""
+    if not results.touching:
+        return []
+    return [*_force(results), *_maps(results), _duration(results)]
+
+
+def contact_pressure(results: Results, point: BranchPoint, phase: Array) -> Array:
+    """Pressure in Pa of a mesh, force in N of matrices, shape (len(phase), n_c)."""
+    force = results.forces(point, phase)
+    return force if results.areas is None else force / results.areas
+
+
+def contact_order(results: Results) -> tuple[Indices, str]:
+    """Contact points in an order that keeps neighbours together, and what the order is.
+
+    Those of a mesh lie along the longest direction of their cloud (its first principal axis).
+    """
+    if results.body is None:
+        return np.arange(results.model.points), "in the order of the matrices"
+    places = results.body.contact_points - results.body.contact_points.mean(axis=0)
+    axis = np.linalg.svd(places, full_matrices=False)[2][0]
+    axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
+    nearest = int(np.argmax(np.abs(axis)))
+    along = f"along {'xyz'[nearest]}" if abs(axis[nearest]) > _ALONG else "along the patch"
+    return np.argsort(places @ axis, kind="stable"), along
+
+
+def touching_shares(results: Results) -> tuple[Array, Array, Array]:
+    """Shares of the period with contact anywhere, at a point in the mean, and at the busiest.
+
+    Returns:
+        Three arrays over the points of the branch, from 0 to 1.
+    """
+    weight = results.series.weight
+    shares = [weight @ (point.force > 0) for point in results.points]
+    anywhere = [point.contact_fraction for point in results.points]
+    return (
+        np.array(anywhere),
+        np.array([share.mean() for share in shares]),
+        np.array([share.max() for share in shares]),
+    )
+
+
+def _force(results: Results) -> list[Plot]:
+    """The contact force of all points together, over time."""
+    figure = new_figure(3.4)
+    chosen = results.chosen_touching
+    periods = [results.period_about(point, _INSTANTS) for point in chosen]
+    forces = [
+        results.forces(point, phase).sum(axis=1)
+        for point, (_, phase) in zip(chosen, periods, strict=True)
+    ]
+    unit = unit_for(np.array(forces), "N")
+    axes = new_axes(figure, TIME, f"contact force, all points  ({unit.name})")
+    for point, (time, _), force, colour in zip(
+        chosen, periods, forces, shades(len(chosen)), strict=True
+    ):
+        name = f"{point.gamma_ratio:g}"
+        axes.plot(time, unit.factor * force, color=colour, lw=1.2, label=name)
+    legend_below(figure, axes, 3, r"$\gamma / \gamma_\mathrm{grazing}$")
+    caption = (
+        f"Sum of the contact forces in {unit.name} over one period, at chosen energies; the "
+        f"middle of contact is at 0.{_with_mass(results)}"
+    )
+    return [Plot("contact_force", "Contact force", caption, "contact", figure)]
+
+
+def _maps(results: Results) -> list[Plot]:
+    """Pressure, and the distance to the obstacle, over contact points and time."""
+    if results.model.points < _FEWEST:
+        return []
+    order, along = contact_order(results)
+    chosen = results.chosen_touching
+    pressures, distances = [], []
+    for point in chosen:
+        _, phase = results.period_about(point, _INSTANTS)
+        pressures.append(contact_pressure(results, point, phase)[:, order])
+        open_by = results.model.gap - results.contact_displacement(point, phase)
+        distances.append(open_by[:, order])
+    what, base = ("force", "N") if results.areas is None else ("pressure", "Pa")
+    force, length = unit_for(np.array(pressures), base), unit_for(np.array(distances), "m")
+    pressure = _map_figure(chosen, pressures, f"contact {what}", PRESSURE, force, hide_zero=True)
+    distance = _map_figure(chosen, distances, "distance to the obstacle", AMOUNT, length)
+    points = f"Contact points are ordered {along}; the middle of contact is at time 0"
+    return [
+        Plot(
+            "contact_map",
+            "Contact map",
+            f"Contact {what} in {force.name} over contact points and one period, at chosen "
+            f"energies. White is no contact. {points}.{_with_mass(results)}",
+            "contact",
+            pressure,
+        ),
+        Plot(
+            "distance_map",
+            "Distance to the obstacle",
+            f"Distance of the contact points to the obstacle in {length.name} over one period, at "
+            f"chosen energies; 0 is contact. {points}.",
+            "contact",
+            distance,
+        ),
+    ]
+
+
+def _map_figure(
+    points: Sequence[BranchPoint],
+    values: Sequence[Array],
+    name: str,
+    colours: str,
+    unit: Unit,
+    *,
+    hide_zero: bool = False,
+) -> Figure:
+    """Maps of one quantity below each other with one colour scale; values (time, points)."""
+    figure = new_figure(1.0 + 1.5 * len(points))
+    grid = figure.subplots(len(points), 1, sharex=True, squeeze=False)[:, 0]
+    norm = Normalize(0, unit.factor * max(float(value.max()) for value in values))
+    for axes, point, value in zip(grid, points, values, strict=True):
+        shown = unit.factor * (np.ma.masked_less_equal(value.T, 0) if hide_zero else value.T)
+        image = axes.imshow(
+            shown,
+            extent=(-0.5, 0.5, 0.5, value.shape[1] + 0.5),
+            cmap=colormaps[colours],
+            norm=norm,
+            origin="lower",
+            aspect="auto",
+            interpolation="nearest",
+        )
+        _label_map(axes, point, last=axes is grid[-1])
+    bar = figure.colorbar(image, ax=list(grid))
+    label_bar(bar, f"{name}  ({unit.name})")
+    return figure
+
+
+def _label_map(axes: Axes, point: BranchPoint, *, last: bool) -> None:
+    label(axes, TIME if last else "", "contact point  (1)")
+    axes.grid(visible=False)
+    axes.set_title(
+        rf"$\gamma / \gamma_\mathrm{{grazing}} = {point.gamma_ratio:g}$, {point.frequency:.5g} Hz",
+        fontsize=8.5,
+    )
+
+
+def _duration(results: Results) -> Plot:
+    figure = new_figure(3.5)
+    axes = new_axes(figure, GAMMA, "time in contact over period  (%)")
+    anywhere, mean, busiest = (100 * share for share in touching_shares(results))
+    curves = [("anywhere", anywhere, BLUE, "o")]
+    if results.model.points > 1:
+        curves += [("busiest point", busiest, RED, "s"), ("mean of the points", mean, GREEN, "^")]
+    for name, values, colour, marker in curves:
+        axes.plot(results.ratios, values, color=colour, marker=marker, ms=3.5, lw=1, label=name)
+    axes.set_ylim(bottom=0)
+    legend_below(figure, axes, columns=3)
+    milliseconds = 1e3 * results.points[-1].contact_fraction / results.points[-1].frequency
+    caption = (
+        "Share of the period with contact (%) over the energy coordinate, counted at the "
+        f"{results.header.samples} samples of a period. At the last point it is "
+        f"{anywhere[-1]:.3g} %, or {milliseconds:.3g} ms."
+    )
+    return Plot("contact_duration", "Duration of contact", caption, "contact", figure)
+
+
+def _with_mass(results: Results) -> str:
+    if results.model.massless:
+        return ""
+    return (
+        f" Contact points carry mass: drawn are the harmonics 0 to {results.header.harmonics} of "
+        "the forces, as those above are not determined."
+    )

@@ -1,0 +1,199 @@
+"""Pictures of a results folder: their list, their files, and the numbers behind them."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from unittest.mock import Mock
+
+import matplotlib.image
+import numpy as np
+import pytest
+from conftest import PLATE, ROD, Ended, changed, toml
+
+from fenics_nnm.cli import main
+from fenics_nnm.nonlinear.fourier import FourierSeries
+from fenics_nnm.output.branch_file import BranchHeader
+from fenics_nnm.output.gallery import MANIFEST, make_pictures
+from fenics_nnm.output.motion_measures import harmonic_shares, kinetic_shares
+from fenics_nnm.output.pictures.amplitude import amplitude_of
+from fenics_nnm.output.pictures.contact import contact_order, contact_pressure, touching_shares
+from fenics_nnm.output.pictures.results import Results, read_results
+from fenics_nnm.output.pictures.shares import share_plots
+from fenics_nnm.output.pictures.space_time import cross_sections
+from fenics_nnm.output.pictures.style import save, unit_for
+from fenics_nnm.reduction.model import ReducedModel
+
+
+def ran(folder: Path, base: dict, **changes: object) -> Path:
+    """Results of a study with some keys changed."""
+    (folder / "study.toml").write_text(toml(changed(base, changes)))
+    assert main(["run", str(folder / "study.toml"), "--output", str(folder / "out")]) == 0
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def rod(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return ran(tmp_path_factory.mktemp("rod"), ROD)
+
+
+@pytest.fixture(scope="module")
+def plate(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return ran(tmp_path_factory.mktemp("plate"), PLATE)
+
+
+def listed(folder: Path) -> list[dict]:
+    return json.loads((folder / MANIFEST).read_text())["pictures"]
+
+
+def test_list_names_each_file_with_a_caption_and_its_units(plate: Path, tmp_path: Path) -> None:
+    pictures = make_pictures(plate, tmp_path / "new" / "folder")
+    found = listed(tmp_path / "new" / "folder")
+    assert [each["file"] for each in found] == [picture.file for picture in pictures]
+    files = [name for each in found for name in (each["file"], *each["also"])]
+    names = {path.name for path in (tmp_path / "new" / "folder").iterdir()}
+    assert sorted(files) == sorted(names - {MANIFEST})
+    for each in found:
+        assert each["title"] and each["caption"].endswith(".")
+        units = ("Hz", "mm", "MPa", "(%)", "no unit", " kN ")
+        assert any(unit in each["caption"] for unit in units), each
+        if each["file"].endswith(".png"):
+            pixels = matplotlib.image.imread(tmp_path / "new" / "folder" / each["file"])[:, :, :3]
+            assert pixels.std() > 0.03, each["file"]
+
+
+def test_plot_writes_the_formats_asked_for(
+    rod: Path, tmp_path: Path, command: Callable[..., Ended]
+) -> None:
+    ended = command("plot", rod, "--output", tmp_path / "drawn", "--formats", "svg,pdf")
+    assert ended.code == 0, ended.err
+    (line,) = ended.out.splitlines()
+    assert MANIFEST in line
+    first = listed(tmp_path / "drawn")[0]
+    assert first["file"] == "frequency_gamma.svg" and first["also"] == ["frequency_gamma.pdf"]
+    assert (tmp_path / "drawn" / "frequency_gamma.svg").read_text().startswith("<?xml")
+    assert (tmp_path / "drawn" / "frequency_gamma.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_same_results_give_the_same_bytes(rod: Path, tmp_path: Path) -> None:
+    for kind in ("svg", "pdf"):
+        for folder in ("a", "b"):
+            (plot,) = share_plots(read_results(rod))[:1]
+            (tmp_path / folder).mkdir(exist_ok=True)
+            (name,) = save(plot.figure, tmp_path / folder, plot.name, [kind])
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+def test_bad_requests_are_one_line(
+    tmp_path: Path, rod: Path, command: Callable[..., Ended]
+) -> None:
+    command("plot", rod, "--formats", "png,jpg").assert_one_line(2, "jpg", "png, svg, pdf")
+    command("plot", tmp_path / "none").assert_one_line(1, "branch.h5", "results folder")
+
+
+def test_amplitude_of_a_rod_is_that_of_its_tip(rod: Path) -> None:
+    results = read_results(rod)
+    assert results.body is not None
+    assert results.body.nodes[results.tip, 0] == 1.0
+    amplitude = amplitude_of(results).values
+    assert "(mm)" in amplitude_of(results).label
+    # the linear mode: gamma goes with the square of the amplitude, which at grazing is the gap
+    below = results.ratios <= 1
+    np.testing.assert_allclose(amplitude[below], np.sqrt(results.ratios[below]), rtol=1e-9)
+
+
+def test_contact_displacement_is_that_of_the_mesh(plate: Path) -> None:
+    results = read_results(plate)
+    body, phase = results.body, np.linspace(0, 6, 13)
+    assert body is not None
+    point = results.points[-1]
+    assert point.force.max() > 0
+    wanted = body.displacement(point, phase, body.contact_nodes)
+    wanted = np.einsum("tcd,cd->tc", wanted, body.contact_directions)
+    np.testing.assert_allclose(results.contact_displacement(point, phase), wanted, atol=1e-12)
+    velocity = body.velocity(point, phase, body.contact_nodes)
+    velocity = np.einsum("tcd,cd->tc", velocity, body.contact_directions)
+    np.testing.assert_allclose(results.contact_velocity(point, phase), velocity, atol=1e-8)
+
+
+def test_chosen_points_are_those_reported(rod: Path) -> None:
+    results = read_results(rod)
+    assert [point.gamma_ratio for point in results.chosen] == [1.1]
+    assert isinstance(results, Results)
+
+
+def test_shares_are_those_of_the_velocities_in_time(plate: Path) -> None:
+    results = read_results(plate)
+    point, samples = results.points[-1], 64
+    phase = 2 * np.pi * np.arange(samples) / samples
+    spectrum = np.abs(np.fft.rfft(results.series.rate_at(phase) @ point.q, axis=0)) ** 2
+    wanted = spectrum / spectrum.sum()
+    harmonics = harmonic_shares(results.series, point.q)
+    assert harmonics.sum() == pytest.approx(1)
+    assert 1e-9 < harmonics[2] < 0.5
+    np.testing.assert_allclose(harmonics, wanted.sum(axis=1)[: len(harmonics)], atol=1e-12)
+    modes = kinetic_shares(results.series, point.q)
+    np.testing.assert_allclose(modes, wanted.sum(axis=0), atol=1e-12)
+
+
+def test_pressures_add_up_to_the_forces_of_the_point(plate: Path) -> None:
+    results = read_results(plate)
+    point, areas = results.points[-1], results.areas
+    assert areas is not None and areas.sum() == pytest.approx(0.25 * 0.01)
+    total = contact_pressure(results, point, results.series.phase) @ areas
+    np.testing.assert_allclose(total, point.force.sum(axis=1), rtol=1e-9, atol=1e-6)
+    order, along = contact_order(results)
+    assert along == "along y"
+    assert results.body is not None
+    assert np.all(np.diff(results.body.contact_points[order, 1]) > 0)
+
+
+def test_duration_is_that_of_the_table(plate: Path) -> None:
+    results = read_results(plate)
+    anywhere, mean, busiest = touching_shares(results)
+    np.testing.assert_array_equal(anywhere, [point.contact_fraction for point in results.points])
+    assert np.all(mean <= busiest) and np.all(busiest <= anywhere + 1e-12)
+    assert anywhere[-1] > 0
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.0, -2.5])
+def test_middle_of_contact_is_found_wherever_the_phase_begins(shift: float) -> None:
+    series = FourierSeries(3, 128)
+    force = np.maximum(np.cos(series.phase - shift) - 0.5, 0)[:, None]
+    model = ReducedModel(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones(1))
+    header = BranchHeader("", {}, 1, 3, 128, 1, "general", model)
+    point = Mock(force=force)
+    results = Results(header, (point,), {}, None, None)
+    assert results.middle(point) == pytest.approx(shift, abs=1e-3)
+    twice = Mock(force=force + np.roll(force, 64, axis=0))
+    assert results.middle(twice) == 0.0
+
+
+def test_cross_sections_take_means_of_slender_bodies_alone() -> None:
+    x, y = np.meshgrid(np.linspace(0, 1, 11), np.linspace(0, 0.1, 3))
+    nodes = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()])
+    sections = cross_sections(nodes)
+    assert sections is not None and sections.axis == 0
+    np.testing.assert_allclose(sections.place, np.linspace(0, 1, 11))
+    np.testing.assert_allclose(sections.mean @ nodes[:, 1], 0.05)
+    assert cross_sections(nodes * [0.1, 1, 1]) is None
+    many = np.column_stack([np.linspace(0, 1, 5000), np.zeros((5000, 2))])
+    assert len(cross_sections(many).place) == 80
+
+
+def test_units_are_easy_numbers() -> None:
+    found = [
+        unit_for(np.array([value]), base).name
+        for value, base in (
+            (3.5e8, "Pa"),
+            (999.0, "N"),
+            (7e5, "N"),
+            (4e-4, "m"),
+            (2e-5, "m"),
+            (1200.0, "m"),
+            (3.0, "m/s"),
+            (0.04, "m/s"),
+            (0.0, "m"),
+        )
+    ]
+    micro = "\N{MICRO SIGN}m"
+    assert found == ["MPa", "N", "kN", "mm", micro, "m", "m/s", "mm/s", "m"]

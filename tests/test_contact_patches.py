@@ -59,6 +59,24 @@ def test_shared_vertices_move_once_in_all_directions() -> None:
     np.testing.assert_array_equal(forces, interface(UP).unit_forces_all_directions(owned))
 
 
+@pytest.mark.parametrize("base", [PLATE, BEAM])
+@pytest.mark.parametrize("points", ["all", 2])
+def test_averaged_rows_are_means_over_the_hats(base: dict[str, Any], points: int | str) -> None:
+    """Of u = y^2 on a face: int h y^2 / int h, with the hat functions of one element each way."""
+    contact = {**base["contact"], "points": points, "rows": "averaged"}
+    analysis = analysed(base, contact={"=": contact}, reduction={"modes": 2})
+    found = analysis.interface
+    places = analysis.solid.space.tabulate_dof_coordinates()
+    dim = found.points.shape[1]
+    height = 0.25 if dim == 2 else 0.15
+    field = np.zeros((len(places), dim))
+    field[:, -1] = (places[:, 1] / height) ** 2
+    low, high = 1 / 6, 1 / 2  # int (1 - s) s^2 / int (1 - s), int s^3 / int s
+    expected = np.where(found.points[:, 1] > height / 2, high, low)
+    np.testing.assert_allclose(found.displacement(field.reshape(-1, 1))[:, 0], expected, rtol=1e-12)
+    np.testing.assert_allclose(found.weights.sum(axis=1), 1, rtol=1e-13)
+
+
 CASING = {"axis": "x", "origin": [0.0, 0.07, 0.02]}
 
 
@@ -223,6 +241,11 @@ PATCHES: list[tuple[dict[str, Any], str, str]] = [
         {"direction": [0, 0, -1]},
         "contact.patch[2]: the point at (1, 0, 0) m",
         "along the same line",
+    ),
+    (
+        {"rows": "averaged", "gap": None, "against": "left"},
+        'contact.patch[2].rows = "averaged"',
+        "does not go with against",
     ),
     ({"name": "up"}, 'contact.patch: 2 have the name "up"', "must differ"),
     ({"casing": CYLINDER}, "contact.patch[2].gap: does not go with casing", "clearance"),

@@ -113,6 +113,7 @@ SEVERAL: list[dict[str, Any]] = [
         "facets": "right tine",
         "direction": [0.0, 1.0],
         "points": 2,
+        "rows": "averaged",
         "casing": {"shape": "cylinder", "axis": "z", "radius": 0.2},
     },
 ]

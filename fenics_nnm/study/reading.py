@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.errors import StudyError
-from fenics_nnm.geometry import Beam, Blade, Plate, Rod
+from fenics_nnm.geometry import Beam, Blade, Fork, Plate, Rod, Shroud
 from fenics_nnm.study.attachments import MassSection, SpringSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection
 from fenics_nnm.study.groups import GroupSection
@@ -27,6 +27,12 @@ _LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
     "material": material_record,
     "mass": lambda values: MassSection,
     "spring": lambda values: SpringSection,
+}
+
+#: Records of the built-in geometries by their name.
+_MODELS: dict[str, type[BaseModel]] = {
+    str(record.model_fields["model"].default): record
+    for record in (Rod, Beam, Plate, Fork, Shroud, Blade)
 }
 
 
@@ -131,15 +137,14 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     if "file" in mesh:
         cad = isinstance(mesh["file"], str) and Path(mesh["file"]).suffix.lower() in CAD_ENDINGS
         return "mesh", CadFile if cad else MeshFile
-    models: dict[str, type[BaseModel]] = {"rod": Rod, "beam": Beam, "plate": Plate, "blade": Blade}
     model = mesh.get("model")
-    if not isinstance(model, str) or model not in models:
-        known = ", ".join(f'"{name}"' for name in models)
+    if not isinstance(model, str) or model not in _MODELS:
+        known = ", ".join(f'"{name}"' for name in _MODELS)
         given = f"mesh.model = {shown(model)}:" if "model" in mesh else "mesh.model: is missing,"
         raise StudyError(
             f"{path}: {given} must be one of {known}, or mesh.file the name of a mesh or CAD file"
         )
-    return "mesh", models[model]
+    return "mesh", _MODELS[model]
 
 
 def _listed(values: dict[str, Any], path: Path) -> dict[str, Any]:
@@ -186,7 +191,10 @@ def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
         _prepare(part, folder)
         for patch in _tables(part, ("patch",)):
             _prepare(patch, folder)
-    paths = {"mesh": ("file", "sections"), "matrices": _matrix_files(values.get("matrices"))}
+    paths = {
+        "mesh": ("file", "sections", "hub", "casing"),
+        "matrices": _matrix_files(values.get("matrices")),
+    }
     for section, keys in paths.items():
         table = values.get(section)
         for key in keys:

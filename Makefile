@@ -4,6 +4,7 @@
 RUN := environment/run
 
 PICTURES := docs/pictures
+LOOKS := results/looks
 
 # Of the pictures that `fenics-nnm plot` makes of rotor 37, those shown in docs.
 ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.png \
@@ -11,13 +12,14 @@ ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.p
     contact_force.png contact_duration.png phase_contact.png orbit.png certificate.png \
     multipliers.png
 
-.PHONY: help demo pictures test verify lint image image-check clean distclean
+.PHONY: help demo pictures test verify look lint image image-check clean distclean
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
 	@echo 'make pictures     run the demonstrations and copy their pictures to $(PICTURES)'
 	@echo 'make test         run the tests and the checks of the source'
 	@echo 'make verify       run the slow studies of docs/verification.md'
+	@echo 'make look         look at reports in a browser, at the widths of a desktop and of a telephone'
 	@echo 'make lint         run only the checks of the source'
 	@echo 'make image        build the container image fenics-nnm'
 	@echo 'make image-check  build the image and run a small study in it'
@@ -55,6 +57,14 @@ verify:
 	$(RUN) python3 demos/rotor37/reduction_study.py
 	$(RUN) python3 demos/rotor37/certificate.py
 	$(RUN) python3 tests/random_studies.py --count 200
+	$(MAKE) look
+
+# Pages as they are seen in a browser, on a desktop and on a telephone.
+look:
+	for study in rod/paper rotor37/rotor37 plate/plate; do \
+	    $(RUN) fenics-nnm run demos/$$study.toml --output $(LOOKS)/$$study && \
+	    $(RUN) fenics-nnm report $(LOOKS)/$$study || exit; done
+	$(RUN) --viewers python3 tests/look_at_pages.py $(LOOKS)/*/*/report.html --output $(LOOKS)/pages
 
 lint:
 	$(RUN) ruff check

@@ -12,6 +12,8 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.body import body_of
+from fenics_nnm.contact_patches import contact_patches
 from fenics_nnm.continuation.follow import (
     ArcContinuation,
     Branch,
@@ -23,13 +25,13 @@ from fenics_nnm.continuation.follow import (
 from fenics_nnm.continuation.levels import HarmonicBalance, contact_model
 from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.errors import ModelError, StudyError
-from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface
+from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
-from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.fem.regions import Region
-from fenics_nnm.fem.solid import Body, Solid, assemble_solid
+from fenics_nnm.fem.solid import Solid, assemble_solid
+from fenics_nnm.meshing import tagged_mesh
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -40,20 +42,10 @@ from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.stages import Stages
 from fenics_nnm.start import beginning
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
-from fenics_nnm.study.body import MeshFile
 from fenics_nnm.study.continuation import ArcLengthSection
 
-
-def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
-    """Read or generate the mesh of a study.
-
-    Raises:
-        MeshError: if it cannot be used.
-        GeometryError: if a built-in geometry cannot be made.
-    """
-    if isinstance(study.mesh, MeshFile):
-        return read_mesh(study.mesh.file, study.mesh.length_unit, comm)
-    return generate_mesh(study.mesh, comm)
+Analysis = LinearAnalysis | MatrixAnalysis
+"""All that is linear of a study."""
 
 
 def linear_analysis(
@@ -77,8 +69,28 @@ def linear_analysis(
     """
     stages = stages or Stages()
     if isinstance(study, MatrixStudy):
-        return on_root(comm, lambda: _analysis_of_matrices(study, stages, at_most))
-    return _analysis_of_mesh(study, comm, stages, at_most)
+        analysis = on_root(comm, lambda: _analysis_of_matrices(study, stages, at_most))
+        return _with_reference(analysis, study)
+    return _with_reference(_analysis_of_mesh(study, comm, stages, at_most), study)
+
+
+def _with_reference(analysis: Analysis, study: Study) -> Analysis:
+    """The analysis, with the reference displacement of points that touch at rest in its model."""
+    reference, rest = study.contact.reference_displacement, analysis.model.at_rest()
+    if study.full_order and analysis.model.gap.min() <= 0:
+        raise ModelError(
+            f"contact.gap = {analysis.model.gap.min():g}: must be positive at full order; gaps of "
+            'any sign need reduction.method = "massless"'
+        )
+    if reference is None:
+        return analysis
+    if not rest.touching.any():
+        raise StudyError(
+            f"contact.reference_displacement = {reference:g}: has no effect: no contact point "
+            "touches without force at rest"
+        )
+    model = replace(analysis.model, reference=reference)
+    return replace(analysis, reduction=replace(analysis.reduction, model=model))
 
 
 def _analysis_of_matrices(
@@ -101,10 +113,10 @@ def _analysis_of_mesh(
     with stages.stage("mesh"):
         tagged = tagged_mesh(study, comm)
         clamped = _clamped_facets(study, tagged)
-        facets = tagged.facets_of(study.contact.facets, "contact.facets")
+        patches = contact_patches(study.contact, tagged)
     with stages.stage("assembly"):
-        solid = assemble_solid(tagged, _body(study), clamped)
-        interface = _interface(study, solid, facets)
+        solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped)
+        interface = contact_interface(solid, patches)
     with ModalSolver(solid) as solver:
         forces = _interface_forces(study, solid, interface)
         count = _mode_count(study, at_most, solver.free - forces.shape[1])
@@ -165,6 +177,13 @@ def nonlinear_mode(
             on_point=on_point,
             on_progress=lambda place: stages.report((place - wanted.start) / span),
         )
+
+
+def linear_frequencies(analysis: Analysis) -> Array:
+    """Frequencies of the linear modes about the state of rest in Hz, ascending."""
+    rest = analysis.model.at_rest()
+    closed = bool(rest.closed.any())
+    return rest.omega / (2 * np.pi) if closed else np.asarray(analysis.modes.frequencies)
 
 
 def wanted_motions(study: Study) -> Continuation:
@@ -233,48 +252,7 @@ def _multipliers(study: Study) -> MultiplierLoop | None:
     return MultiplierLoop(**chosen.model_dump()) if chosen else MultiplierLoop()
 
 
-def _body(study: MeshStudy) -> Body:
-    body = study.body
-    return Body(
-        theory=body.theory,
-        regions=tuple(Region(each.material, each.cells or ()) for each in study.material),
-        extent=body.extent,
-        degree=body.degree,
-    )
-
-
 def _clamped_facets(study: MeshStudy, tagged: TaggedMesh) -> Indices:
     if study.clamp is None:
         return np.empty(0, dtype=np.int32)
     return tagged.facets_of(study.clamp.facets, "clamp.facets")
-
-
-def _interface(study: MeshStudy, solid: Solid, facets: Indices) -> ContactInterface:
-    contact = study.contact
-    return contact_interface(
-        solid,
-        facets,
-        _direction(study, solid.tagged.dim),
-        gap=contact.gap,
-        count=None if contact.points == "all" else contact.points,
-        what=", ".join(f'"{name}"' for name in contact.facets),
-    )
-
-
-def _direction(study: MeshStudy, dim: int) -> Direction:
-    contact = study.contact
-    if contact.direction == "normal":
-        return Direction("normal")
-    if contact.direction == "radial":
-        origin = _fitted(contact.origin or (0.0,) * dim, dim, "contact.origin")
-        out_of_plane = dim == 2 and not any(contact.axis_vector[:2])
-        axis = () if out_of_plane else _fitted(contact.axis_vector, dim, "contact.axis")
-        return Direction("radial", axis, origin)
-    return Direction("vector", _fitted(contact.direction, dim, "contact.direction"))
-
-
-def _fitted(vector: tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:
-    """A vector with as many components as the mesh has dimensions."""
-    if len(vector) < dim or any(vector[dim:]):
-        raise ModelError(f"{name} = {list(vector)}: must have {dim} components as the mesh has")
-    return vector[:dim]

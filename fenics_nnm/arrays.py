@@ -8,5 +8,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 """Real numbers."""
 
+Mask = NDArray[np.bool_]
+"""Which of some things are meant."""
+
 Indices = NDArray[np.integer[Any]]
 """Whole numbers, most often places in another array."""

@@ -161,8 +161,7 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     """Keys and values that the points, or their positions along the branch, depend on."""
     for section, values in study.model_dump(by_alias=True).items():
         if section not in _FREE and values is not None:
-            for name, table in _tables(section, values):
-                yield from ((f"{name}.{key}", value) for key, value in table.items())
+            yield from _parts(section, values)
     chosen = study.continuation
     yield "continuation.parameter", chosen.parameter
     yield "continuation.internal_resonance", "follow" if chosen.by_arc else "skip"
@@ -172,13 +171,16 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
         yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
 
 
-def _tables(section: str, values: Any) -> list[tuple[str, dict[str, Any]]]:
-    """Names and keys of a section, or of several of that name, counted from 1."""
-    if isinstance(values, dict):
-        return [(section, values)]
-    if len(values) == 1:
-        return [(section, values[0])]
-    return [(f"{section}[{number}]", table) for number, table in enumerate(values, start=1)]
+def _parts(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Keys and values of a section, of all of its name, and of the sections in it."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _parts(f"{name}.{key}", inner)
+    elif isinstance(value, tuple) and value and isinstance(value[0], dict):
+        for number, part in enumerate(value, 1):
+            yield from _parts(name if len(value) == 1 else f"{name}[{number}]", part)
+    else:
+        yield name, value
 
 
 def _value(value: Any) -> str:

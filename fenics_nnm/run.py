@@ -18,6 +18,7 @@ from mpi4py import MPI
 
 import fenics_nnm
 from fenics_nnm.analysis import (
+    linear_frequencies,
     model_in_contact,
     nonlinear_mode,
     wanted_motions,
@@ -38,6 +39,7 @@ from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.output.staging import Staging, Stopped, claim, publish, rescue, stopped_runs
 from fenics_nnm.output.tables import write_backbone, write_summary
+from fenics_nnm.reduction.rest import RestState
 from fenics_nnm.resolution.auto import Choice, choice, improved
 from fenics_nnm.resume import (
     StoredRun,
@@ -119,8 +121,8 @@ def run_study(
         chosen = choice(study, comm, stages, found=stored.header.resolution if stored else None)
         recorder, branch = _followed(chosen, text, staging, stored, comm, stages)
         with stages.stage("output"):
-            analysis, fields = recorder.chosen.analysis, staging.path / "fields"
-            report_of(analysis).write_fields(fields, recorder.study, branch, stages)
+            analysis = recorder.chosen.analysis
+            report_of(analysis).write_fields(staging.branch, recorder.study, branch, stages)
             summary = recorder.write_tables(analysis, branch)
         with uninterrupted():
             on_root(comm, lambda: publish(staging.path, folder))
@@ -249,7 +251,7 @@ class _Recorder:
             folder / "backbone.png",
             branch.points,
             title=self.study.title,
-            linear_frequency=float(analysis.modes.frequencies[self.study.mode.number - 1]),
+            linear_frequency=float(linear_frequencies(analysis)[self.study.mode.number - 1]),
             failures=[ratio for ratio, _ in branch.failures],
             bifurcations=branch.bifurcations.located,
         )
@@ -257,16 +259,17 @@ class _Recorder:
 
     def _summary(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
         first = self.study.mode.number - 1
-        amplitude = analysis.model.grazing_amplitude(first)
+        rest, amplitude = analysis.model.at_rest(), analysis.model.grazing_amplitude(first)
         return {
             "title": self.study.title,
             **report_of(analysis).sizes(),
             "mode": self.study.mode.number,
             "harmonics": self.study.resolution.harmonics,
             "samples": self.study.resolution.samples,
-            "linear_frequencies_Hz": [float(f) for f in analysis.modes.frequencies],
+            "linear_frequencies_Hz": [float(f) for f in linear_frequencies(analysis)],
+            **_at_rest(rest),
             "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi) or None,
-            "grazing_energy_J": (analysis.model.omega[first] * amplitude) ** 2 / 2,
+            "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
             **summary_of(self.chosen, branch),
             "points": len(branch.points),
             "statuses": dict(Counter(point.status for point in branch.points)),
@@ -286,6 +289,15 @@ class _Recorder:
             "timings": dict(self.stages.timings),
             "versions": versions(),
         }
+
+
+def _at_rest(rest: RestState) -> dict[str, Any]:
+    """What is closed and what touches at rest; nothing where all gaps are open."""
+    if not rest.pressed:
+        return {}
+    closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
+    force = float(rest.force.sum())
+    return {"at_rest": {"closed": closed, "touching": touching, "contact_force_N": force}}
 
 
 def _store(points: Journal, point: BranchPoint) -> None:

@@ -87,7 +87,7 @@ class Motion:
     """
 
     def __init__(self, model: ReducedModel, point: BranchPoint, harmonics: int) -> None:
-        period, length = 1 / point.frequency, model.gap.min()
+        period, length = 1 / point.frequency, np.abs(model.Phi @ point.q.T).max()
         amplitude = np.sqrt(2 * point.energy) / (2 * np.pi * point.frequency)
         self._omega, self._Phi = model.omega * period, model.Phi * amplitude / length
         self._R = model.R * (amplitude / period / length) ** 2

@@ -55,6 +55,39 @@ def square(path: Path, *, name_body: bool = True, name_edges: bool = True) -> No
             gmsh.option.setNumber("Mesh.SaveAll", 1)
 
 
+def two_segments(path: Path, elements: int, *, overlap: bool = False) -> None:
+    """A line from 0 to 1 of two groups, "inner" up to 0.4 and "outer", with ends left and right."""
+    with saved_model(path):
+        geo = gmsh.model.geo
+        points = [geo.addPoint(x, 0, 0) for x in (0.0, 0.4, 1.0)]
+        lines = [geo.addLine(*points[i : i + 2]) for i in (0, 1)]
+        geo.synchronize()
+        for line, share in zip(lines, (2, 3), strict=True):
+            gmsh.model.mesh.setTransfiniteCurve(line, share * elements + 1)
+        gmsh.model.addPhysicalGroup(1, lines[:1], name="inner")
+        gmsh.model.addPhysicalGroup(1, lines if overlap else lines[1:], name="outer")
+        for name, point in (("left", points[0]), ("right", points[2])):
+            gmsh.model.addPhysicalGroup(0, [point], name=name)
+        gmsh.model.mesh.generate(1)
+
+
+def halves(path: Path) -> None:
+    """A rectangle 2 x 1 of triangles in two groups, "west" and "east", with left and right ends."""
+    with saved_model(path):
+        occ = gmsh.model.occ
+        occ.fragment([(2, occ.addRectangle(0, 0, 0, 1, 1))], [(2, occ.addRectangle(1, 0, 0, 1, 1))])
+        occ.synchronize()
+        for name, start in (("west", 0.0), ("east", 1.0)):
+            box = (start - 0.1, -0.1, -0.1, start + 1.1, 1.1, 0.1)
+            found = gmsh.model.getEntitiesInBoundingBox(*box, 2)
+            gmsh.model.addPhysicalGroup(2, [tag for _, tag in found], name=name)
+        for name, x in (("left", 0.0), ("right", 2.0)):
+            found = gmsh.model.getEntitiesInBoundingBox(x - 0.1, -0.1, -0.1, x + 0.1, 1.1, 0.1, 1)
+            gmsh.model.addPhysicalGroup(1, [tag for _, tag in found], name=name)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 0.25)
+        gmsh.model.mesh.generate(2)
+
+
 def loose_part(path: Path, dim: int) -> None:
     """Two boxes, squares or lines side by side, of which only the left one has a group "left"."""
     with saved_model(path):

@@ -124,7 +124,11 @@ VALUES = [
     ({"mesh": {"length_unit": "furlong"}}, 'length_unit = "furlong"', "'mm', 'in' or 'ft'"),
     (mesh(file="a.msh", length_unit="furlong"), 'length_unit = "furlong"', "'mm'"),
     (mesh(file=3, length_unit="m"), "mesh.file = 3", "name in quotes"),
-    (mesh(model="cube"), 'mesh.model = "cube"', '"rod", "beam", "plate", "blade"'),
+    (
+        mesh(model="cube"),
+        'mesh.model = "cube"',
+        '"rod", "beam", "plate", "fork", "shroud", "blade"',
+    ),
     (mesh(model=["rod"]), "mesh.model = ['rod']", '"rod", "beam"'),
     (mesh(**{**BLADE, "edge_size": 1.0}), "mesh.edge_size = 1.0", "element_size"),
     ({"mesh": {"elements": 2.5}}, "mesh.elements = 2.5", "must be an integer"),

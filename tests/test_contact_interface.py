@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.fem.contact import ContactInterface, Direction, contact_interface, spread
+from fenics_nnm.fem.contact import ContactInterface, contact_interface
+from fenics_nnm.fem.contact_patch import Patch, spread
+from fenics_nnm.fem.direction import Direction
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
 from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body, assemble_solid
@@ -29,8 +32,16 @@ def interface(
     count: int | None,
 ) -> ContactInterface:
     solid = assemble_solid(tagged, body, tagged.facets_of((clamp,), "clamp.facets"))
-    facets = tagged.facets_of((contact,), "contact.facets")
-    return contact_interface(solid, facets, direction, gap=1e-3, count=count, what=contact)
+    return contact_interface(solid, [patch(tagged, contact, direction, count)])
+
+
+def patch(tagged: TaggedMesh, name: str, direction: Direction, count: int | None) -> Patch:
+    facets = tagged.facets_of((name,), "contact.facets")
+    return Patch("contact", name, facets, name, direction.at, gap, count)
+
+
+def gap(points: Array, directions: Array) -> Array:
+    return np.full(len(points), 1e-3)
 
 
 @pytest.mark.parametrize("count", [None, 5])
@@ -115,12 +126,7 @@ def test_displacement_and_unit_forces_are_transposes() -> None:
     tagged = generate_mesh(beam, MPI.COMM_SELF)
     solid = assemble_solid(tagged, SOLID, tagged.facets_of(("left",), "clamp.facets"))
     found = contact_interface(
-        solid,
-        tagged.facets_of(("right",), "contact.facets"),
-        Direction("vector", (1.0, 2.0, 3.0)),
-        gap=1.0,
-        count=4,
-        what="right",
+        solid, [patch(tagged, "right", Direction("vector", (1.0, 2.0, 3.0)), 4)]
     )
     motion = np.random.default_rng(2).normal(size=(solid.owned, 3))
     np.testing.assert_allclose(

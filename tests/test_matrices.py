@@ -191,7 +191,7 @@ BAD = {
     "contact rows 1 and 3 are multiples": {"B": [*TIP, [1.0, 0, 0], [0.0, 0, 2.0]]},
     "contact rows 1 and 2 are multiples": {"B": [*TIP, [0.0, 0, -1.0]]},
     r"contact.gap has 2 values: must be one number, or one for each of the 1": {"gap": [1.0, 2.0]},
-    "contact.gap = 0: must be positive": {"gap": [0.0]},
+    "contact.gap = nan: must be a length in m": {"gap": [np.nan]},
 }
 
 

@@ -153,7 +153,7 @@ class RadialSurface:
             [self._excess(points + t[:, None] * directions, directions)[0] for t in places]
         )
         leaves = (excess[:-1] <= 0) & (excess[1:] > 0)
-        refuse(~leaves.any(axis=0), points, _MISSES)
+        refuse(np.asarray(~leaves.any(axis=0)), points, _MISSES)
         near = np.minimum(np.abs(places[:-1]), np.abs(places[1:]))
         near[(places[:-1] <= 0) & (places[1:] >= 0)] = 0
         chosen = np.argmin(np.where(leaves, near, np.inf), axis=0)

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Mask
 from fenics_nnm.errors import GeometryError
 
 
@@ -54,7 +53,7 @@ class Reversed:
         return -self.surface.outward(points)
 
 
-def refuse(wrong: NDArray[np.bool_], points: Array, reason: str) -> None:
+def refuse(wrong: Mask, points: Array, reason: str) -> None:
     """Raise an error that names the first point where something is wrong.
 
     Raises:

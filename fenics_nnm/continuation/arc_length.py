@@ -4,12 +4,12 @@ Distances along a branch are measured in scaled unknowns, about a motion (q0, om
 
     y = (D q / |D q0|, omega / omega0),      D_nj = sqrt(c_n (omega_j^2 + n^2 omega0^2)),
 
-with c_n the mean square of the basis function n. |D q|^2 is twice the mean energy that the modes
-have without contact, so a step ds is a relative change of the motion in the energy norm, or of the
-frequency, whichever is larger: where energy changes at constant frequency, as in the tongue of an
-internal resonance, the motion measures the step, and where a frequency runs at constant energy that
-does. Rows of the equations are scaled by the same D, which makes the Jacobian of a cosine series
-symmetric, with entries of order one.
+with c_n the mean square of the basis function n, and q0 counted from the state of rest. |D q|^2 is
+twice the mean energy that the modes have without contact, so a step ds is a relative change of the
+motion in the energy norm, or of the frequency, whichever is larger: where energy changes at
+constant frequency, as in the tongue of an internal resonance, the motion measures the step, and
+where a frequency runs at constant energy that does. Rows of the equations are scaled by the same D,
+which makes the Jacobian of a cosine series symmetric, with entries of order one.
 
 H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", in
 Applications of Bifurcation Theory, Academic Press, 1977, 359-384.
@@ -55,7 +55,8 @@ class Metric:
         """The scales of a motion that is not at rest."""
         mean_square = equations.series.mean_square[:, None]
         weight = np.sqrt(mean_square * equations.row_scale(at.omega))
-        return cls(weight / float(np.linalg.norm(weight * at.q)), at.omega)
+        motion = equations.motion(at.q)
+        return cls(weight / float(np.linalg.norm(weight * motion)), at.omega)
 
     def scaled(self, change: Unknowns) -> Array:
         """A change of the unknowns as a vector, shape (size of q + 1,)."""

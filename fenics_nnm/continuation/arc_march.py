@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.continuation.branch_switching import switched
+from fenics_nnm.continuation.coarse import GRAZING_GAMMA
 from fenics_nnm.continuation.events import branch_point_at
 from fenics_nnm.continuation.harmonic_copy import linear_motion
 from fenics_nnm.continuation.levels import Level
-from fenics_nnm.continuation.lift import GRAZING_GAMMA, Lift
+from fenics_nnm.continuation.lift import Lift
 from fenics_nnm.continuation.step_test import Continuity
 from fenics_nnm.continuation.targets import ArcContinuation, Begin
 from fenics_nnm.continuation.trace import Trace, trace
@@ -116,13 +117,16 @@ class ArcMarch:
         """Where the branch begins, and which way it goes; None if there is no motion."""
         if self.wanted.begin is not None:
             return self._from_known(problem, self.wanted.begin)
-        if self.wanted.start < 1:
-            equations = self.lift.levels[-1].equations
+        equations = self.lift.levels[-1].equations
+        if self.wanted.harmonic > 1 or (
+            self.wanted.start < 1 and equations.rest.is_linear(self.lift.mode)
+        ):
             amplitude = self.wanted.start**0.5
             linear = linear_motion(
                 equations, self.lift.mode, harmonic=self.wanted.harmonic, amplitude=amplitude
             )
-            way = Unknowns(_stacked(problem, linear), 0.0)  # a linear mode grows as it is
+            growth = replace(linear, q=equations.motion(linear.q))
+            way = Unknowns(_stacked(problem, growth), 0.0)
             return self._at_energy_of(problem, linear), way
         stack = self.lift.at(self.wanted.start, None)
         if stack.finest is None:

@@ -76,11 +76,17 @@ def follow(
         on_progress: Called with each place that has been dealt with.
 
     Raises:
-        ModelError: if the mode is not in the model or never touches, or contact points carry mass
-            and the continuation is not one in energy.
+        ModelError: if the mode is not in the model or never touches, contact points carry mass
+            and the continuation is not one in energy, or a gap is not positive where they carry
+            mass or at full order.
     """
     if not 0 <= mode < model.modes:
         raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
+    if flexibility is not None and model.gap.min() <= 0:
+        raise ModelError(
+            f"contact.gap = {model.gap.min():g}: must be positive at full order; gaps of any sign "
+            'need reduction.method = "massless"'
+        )
     obeyed = contact_model(model, balance, full_order=flexibility is not None)
     scaled, scales = model.dimensionless(mode)
     beyond = flexibility and _dimensionless(flexibility, scales)
@@ -137,7 +143,8 @@ def _followed(
     sweep = None if isinstance(continuation, EnergyContinuation) else FrequencySweep(lift)
     march = March(sweep or lift, maker, continuation.name, continuation.smallest_step, on_point)
     march.take_over(known)
-    march.run(continuation.targets(), on_progress)
+    downwards = lift.downwards and sweep is None
+    march.run(continuation.targets(), on_progress, downwards=downwards)
     if sweep:
         march.pass_energies(continuation.report_at, sweep.at_energy)
     points = [march.points[place] for place in sorted(march.points)]

@@ -87,7 +87,7 @@ class FrequencyLift:
             found = solve(level.equations, FixedFrequency(omega), q, omega, options=self.newton)
         except np.linalg.LinAlgError:
             return None
-        if not found.converged or not found.forces.force.any():
+        if not found.converged or not found.energies.contact:
             return None
         near = 1 / _FARTHEST < found.energies.gamma / gamma < _FARTHEST
         return found if near else None

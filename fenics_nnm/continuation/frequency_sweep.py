@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from fenics_nnm.continuation.coarse import GRAZING_GAMMA
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
-from fenics_nnm.continuation.lift import GRAZING_GAMMA, Lift, Stack
+from fenics_nnm.continuation.lift import Lift, Stack
 from fenics_nnm.nonlinear.newton import FixedFrequency, Solution
 
 #: The single-mode motion of a frequency is sought up to this gamma ratio, by steps of this factor.
@@ -62,12 +63,12 @@ class FrequencySweep:
 
     def _coarse(self, omega: float) -> Solution | None:
         """The single-mode motion of a frequency, between energies on either side of it."""
-        low, high = 1.0, _FACTOR
-        while (above := self.lift.coarse(high)) is not None and above.omega < omega:
+        low, high, side = 1.0, _FACTOR, 1.0 if omega > 1 else -1.0
+        while (beyond := self.lift.coarse(high)) is not None and side * (beyond.omega - omega) < 0:
             low, high = high, _FACTOR * high
             if high > _LARGEST_RATIO:
                 return None
-        if above is None:
+        if beyond is None:
             return None
         for _ in range(_HALVINGS):
             middle = (low + high) / 2
@@ -76,7 +77,7 @@ class FrequencySweep:
                 return None
             if abs(between.omega - omega) < 1e-6 * omega:
                 return between
-            low, high = (middle, high) if between.omega < omega else (low, middle)
+            low, high = (middle, high) if side * (between.omega - omega) < 0 else (low, middle)
         return between
 
     def _stack(self, place: float, coarse: Solution, reduced: Solution | None) -> Stack:
@@ -100,7 +101,7 @@ class FrequencySweep:
     def _on_full_order(self, level: Level, omega: float, below: Solution) -> Solution | None:
         guess = Guess(below.q, omega, below.forces.force)
         found = level.constrained(FixedFrequency(omega), guess, self.lift.newton)
-        return found if found.converged and found.forces.force.any() else None
+        return found if found.converged and found.energies.contact else None
 
     def _missing(self, place: float, why: str) -> Stack:
         failure = f"{why}; wanted {place:.6g} times the linear one"

@@ -63,7 +63,7 @@ def harmonic_copy(
 def linear_motion(
     equations: HarmonicEquations, mode: int, *, harmonic: int = 1, amplitude: float = 0.9
 ) -> Solution:
-    """A linear mode without contact, written in a harmonic: where its subharmonic branches begin.
+    """A linear mode about the state of rest in a harmonic: where its subharmonic branches begin.
 
     Args:
         equations: Harmonic equations.
@@ -72,7 +72,8 @@ def linear_motion(
         amplitude: Amplitude over that at which the mode just touches, less than 1.
 
     Raises:
-        ModelError: if there is no such harmonic, or the motion would touch, or the mode never does.
+        ModelError: if there is no such harmonic, or the motion would touch, or the mode never does,
+            or small motions about the state of rest are not linear.
     """
     if not 1 <= harmonic <= equations.series.harmonics:
         raise ModelError(
@@ -82,9 +83,13 @@ def linear_motion(
         raise ModelError(
             f"amplitude = {amplitude:g}: must be between 0 and 1, where contact begins"
         )
+    rest = equations.rest
+    if not rest.is_linear(mode):
+        raise ModelError("points touch at rest, so no motion is linear: harmonic must be 1")
     q = np.zeros(equations.shape)
-    q[harmonic, mode] = amplitude * equations.model.grazing_amplitude(mode)
-    return evaluated(equations, Unknowns(q, float(equations.model.omega[mode]) / harmonic))
+    q[0] = rest.q
+    q[harmonic] = amplitude * rest.amplitude(mode) * rest.shapes[:, mode]
+    return evaluated(equations, Unknowns(q, float(rest.omega[mode]) / harmonic))
 
 
 def _rows(series: Series, numbers: Indices) -> Indices:

@@ -28,6 +28,7 @@ from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
 from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.rest import RestState
 
 #: Modes and harmonics of the levels; the last one is what the study asks for.
 LADDER = ((1, 2), (2, 2), (3, 3), (6, 4), (8, 5), (12, 8), (20, 10), (30, 15), (40, 20), (80, 40))
@@ -75,15 +76,17 @@ class Level:
 
     Attributes:
         equations: Equations at this truncation.
-        modes: Indices of its modes in the full model, ascending.
-        total_modes: Number of modes of the full model.
+        modes: Indices of its modes about the state of rest, ascending.
+        shapes: Its coordinates in those of the full model, orthonormal columns, shape (J, k).
+        rest: Coordinates of the full model at rest, shape (J,).
         multipliers: How contact is found where the points carry mass, else None.
         flexibility: What the full model adds to these modes at full order, else None.
     """
 
     equations: HarmonicEquations
     modes: Indices
-    total_modes: int
+    shapes: Array
+    rest: Array
     multipliers: MultiplierLoop | None = None
     flexibility: FlexibilitySource | None = None
 
@@ -121,13 +124,29 @@ class Level:
 
     def restricted(self, q: Array) -> Array:
         """Coefficients of this level from coefficients over all modes."""
-        return self.equations.series.fitted(q)[:, self.modes]
+        fitted = self.equations.series.fitted(q)
+        fitted[0] -= self.rest
+        restricted = fitted @ self.shapes
+        restricted[0] += self.equations.rest.q
+        return restricted
 
     def extended(self, q: Array) -> Array:
         """Coefficients over all modes from coefficients of this level."""
-        extended = np.zeros((len(q), self.total_modes))
-        extended[:, self.modes] = q
+        extended = self.equations.motion(q) @ self.shapes.T
+        extended[0] += self.rest
         return extended
+
+    def scaled(self, solution: Solution, factor: float) -> Guess:
+        """A solution at another energy: the same shape at `factor` times gamma."""
+        q = self.equations.scaled(solution.q, float(np.sqrt(factor)))
+        return Guess(q, solution.omega, solution.forces.force)
+
+    def share(self, q: Array, mode: int) -> float:
+        """Share of the kinetic energy in the first harmonic of a mode about the state of rest."""
+        series, column = self.equations.series, np.searchsorted(self.modes, mode)
+        by_mode = q @ self.equations.rest.shapes
+        kinetic = (series.mean_square * series.order**2)[:, None] * by_mode**2
+        return float(kinetic[series.order == 1, column].sum() / kinetic.sum())
 
 
 def levels(
@@ -150,12 +169,12 @@ def levels(
     sizes = [size for size in LADDER if size[0] < model.modes or size[1] < balance.harmonics]
     clipped = [(min(J, model.modes), min(N, balance.harmonics)) for J, N in sizes]
     distinct = sorted({*clipped, (model.modes, balance.harmonics)})
-    parts = [(_part(model, mode, J), N) for J, N in distinct]
-    multipliers = balance.multipliers
+    rest, loop = model.at_rest(), balance.multipliers or MultiplierLoop()
+    every = [
+        _level(model, rest, _part(model, mode, J), balance.truncated(N), loop) for J, N in distinct
+    ]
     reduced = tuple(
-        _level(model, chosen, balance.truncated(N), multipliers or MultiplierLoop())
-        for chosen, N in parts
-        if len(chosen) == model.modes or model.with_modes(chosen).massless
+        level for level in every if len(level.modes) == model.modes or level.multipliers is None
     )
     if flexibility is None:
         return reduced
@@ -190,10 +209,12 @@ def _part(model: ReducedModel, mode: int, count: int) -> Indices:
     return np.array(sorted([mode, *others[: count - 1]]))
 
 
-def _level(model: ReducedModel, chosen: Indices, series: Series, loop: MultiplierLoop) -> Level:
-    part = model.with_modes(chosen)
+def _level(
+    model: ReducedModel, rest: RestState, chosen: Indices, series: Series, loop: MultiplierLoop
+) -> Level:
+    part, shapes = model.spanned_by(rest, chosen)
     if part.massless:
         law = Complementarity(part.R, part.gap)
-        return Level(HarmonicEquations(part, series, law), chosen, model.modes)
+        return Level(HarmonicEquations(part, series, law), chosen, shapes, rest.q)
     open_gap = AugmentedLagrangian(part.gap, np.zeros(1), np.zeros(1))
-    return Level(HarmonicEquations(part, series, open_gap), chosen, model.modes, loop)
+    return Level(HarmonicEquations(part, series, open_gap), chosen, shapes, rest.q, loop)

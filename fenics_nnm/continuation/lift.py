@@ -8,21 +8,21 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.arc_length import evaluated
+from fenics_nnm.continuation.coarse import GRAZING_GAMMA, CoarseBranch
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.newton import Newton, Solution
+from fenics_nnm.nonlinear.newton import Newton, Solution, Unknowns
 from fenics_nnm.nonlinear.resonance import STILL, Resonance, strongest_resonance
 from fenics_nnm.nonlinear.slope import frequency_slope
-
-#: gamma of a linear motion of unit amplitude: m^ = 1/2, so gamma = 1/4.
-GRAZING_GAMMA = 0.25
-
-#: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
-_COARSE_STEP = 0.1
+from fenics_nnm.reduction.rest import RestState
 
 #: A motion with less than this part of the contact of the followed mode alone avoids it.
 _SMALLEST_CONTACT = 0.3
+
+#: The same with points that are closed or touch at rest: the mode alone opens and closes others.
+_SMALLEST_CONTACT_PRESSED = 0.05
 
 #: A fall of that share from one point to the next by this much asks for a second look.
 SHARE_DROP = 0.02
@@ -33,8 +33,20 @@ _SUSPECT = 0.6
 #: The slope of the coarsest level is that to an energy larger by this factor.
 _BESIDE = 1.02
 
+#: A branch with a smaller slope d ln omega / d ln gamma is level.
+_LEVEL = 1e-10
+
 #: A motion whose followed mode, in its first harmonic, has less than this share of m^ has left it.
 _SMALLEST_SHARE = 0.5
+
+#: The same with points that are closed or touch at rest: the shape changes as they open or close.
+_SMALLEST_SHARE_PRESSED = 0.1
+
+#: Where closed points lift off, a larger relative change of frequency asks for a second look.
+_FREQUENCY_JUMP = 0.02
+
+#: There a motion whose frequency is farther from that of its neighbour is hardly of its branch.
+_FAR = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,9 +102,17 @@ class Lift:
     levels: tuple[Level, ...]
     mode: int
     newton: Newton
-    _coarse: dict[float, Solution] = field(default_factory=dict)
+    _coarse: CoarseBranch = field(init=False)
     _alone: dict[float, Stack] = field(default_factory=dict)
     _beside: dict[float, Stack] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        least = self._smallest_share
+        self._coarse = CoarseBranch(self.levels[0], self.mode, self.newton, least)
+
+    def coarse(self, gamma_ratio: float) -> Solution | None:
+        """Motion of the coarsest level, the followed mode alone, or None."""
+        return self._coarse.at(gamma_ratio)
 
     def at(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
         """Solve at `gamma_ratio`, with the help of a neighbouring point where that is better.
@@ -102,6 +122,8 @@ class Lift:
         it. Of several motions the one that keeps most of its energy in the followed mode is taken.
         An energy that is tried again, from another neighbour, keeps what does not depend on it.
         """
+        if self._rest.homogeneous and gamma_ratio != 1:
+            return self._grown(self.at(1.0, None), gamma_ratio)
         if gamma_ratio not in self._alone:
             self._alone[gamma_ratio] = self._lifted(gamma_ratio, None)
         alone = self._alone[gamma_ratio]
@@ -112,7 +134,29 @@ class Lift:
         found = [alone, self._beside[gamma_ratio]]
         if neighbour is not None:
             found.append(self._lifted(gamma_ratio, neighbour))
-        return self.best(found)
+        return self.best(found, neighbour)
+
+    @property
+    def _rest(self) -> RestState:
+        return self.levels[-1].equations.rest
+
+    @property
+    def _smallest_share(self) -> float:
+        return _SMALLEST_SHARE_PRESSED if self._rest.pressed else _SMALLEST_SHARE
+
+    @property
+    def _linear_until(self) -> float:
+        """Gamma ratio where the motion of the followed mode ceases to be linear."""
+        return 1.0 if self._rest.is_linear(self.mode) else 0.0
+
+    def _grown(self, stack: Stack, gamma_ratio: float) -> Stack:
+        """The same motions at another energy, where all gaps are zero: any size will do."""
+        factor = float(np.sqrt(gamma_ratio / stack.gamma_ratio))
+        solutions = tuple(
+            evaluated(level.equations, Unknowns(factor * found.q, found.omega)) if found else None
+            for level, found in zip(self.levels, stack.solutions, strict=True)
+        )
+        return replace(stack, place=gamma_ratio, gamma_ratio=gamma_ratio, solutions=solutions)
 
     def assert_without_multipliers(self, what: str) -> None:
         """Refuse what multipliers, which are found at fixed energy, cannot do.
@@ -126,14 +170,19 @@ class Lift:
                 'reduction.method = "massless", or "none" with complementarity'
             )
 
-    def best(self, found: Sequence[Stack]) -> Stack:
+    def best(self, found: Sequence[Stack], neighbour: Stack | None = None) -> Stack:
         """Of several motions the one that keeps most of its energy in the followed mode.
+
+        Where closed points lift off this share falls along the branch, and the motions that stay
+        behind in a resonance have the larger one. There it is the motion whose frequency is near
+        that of the neighbour, and outside resonances if there is one.
 
         Args:
             found: Motions at one place. The strongest internal resonance among those that are
                 left is named.
+            neighbour: Motion at a place nearby.
         """
-        best = max(found, key=lambda stack: stack.share)
+        best = max(found, key=lambda stack: self._rank(stack, neighbour))
         if best.finest is None or self._resonance(best.finest).entered:
             return best
         left = [self._resonance(stack.finest) for stack in found if stack.finest is not None]
@@ -141,6 +190,25 @@ class Lift:
         left += [self._resonance(stack.refused) for stack in found if stack.refused is not None]
         strongest = max(left, key=lambda resonance: resonance.share, default=None)
         return replace(best, skipped=str(strongest)) if strongest else best
+
+    def _rank(self, stack: Stack, neighbour: Stack | None) -> tuple[bool, bool, float]:
+        """By which the better of two motions is known."""
+        if stack.finest is None or not self._rest.closed.any():
+            return False, False, stack.share
+        outside = not self._resonance(stack.finest).entered
+        if neighbour is None or neighbour.finest is None:
+            return False, outside, stack.share
+        change = abs(stack.finest.omega / neighbour.finest.omega - 1)
+        return change < _FAR, outside, 1 - change
+
+    @property
+    def downwards(self) -> bool:
+        """Whether the branch is better followed from high energies down.
+
+        Where closed points lift off, harmonics of the motion meet modes at once if these have
+        frequencies near multiples of the first; far above, the forces at rest hardly matter.
+        """
+        return bool(self._rest.closed.any())
 
     def restored(self, place: float, finest: Solution) -> Stack:
         """A stack of which the finest motion alone is known."""
@@ -154,16 +222,21 @@ class Lift:
             return True
         if neighbour is not None and stack.share < neighbour.share - SHARE_DROP:
             return True
+        if self.downwards and neighbour is not None and neighbour.finest is not None:
+            change = abs(stack.finest.omega / neighbour.finest.omega - 1)
+            if change > _FREQUENCY_JUMP and stack.gamma_ratio > self._linear_until:
+                return True
         return self._resonance(stack.finest).strength > _SUSPECT or stack.slope_ratio < STILL
 
     def slope_ratio(self, finest: Solution) -> float:
         """Slope d omega / d gamma of a finest motion over that of the mode alone, or nan."""
-        ratio = finest.energies.gamma / GRAZING_GAMMA
-        alone = self.coarse(ratio) if ratio > 1 else None
+        rest, ratio = self._rest, finest.energies.gamma / GRAZING_GAMMA
+        one_way = rest.closed.all() or not rest.pressed  # else it falls and rises
+        alone = self.coarse(ratio) if ratio > 1 and one_way else None
         if alone is None:
             return float("nan")
         slope = frequency_slope(self.levels[0].equations, alone)
-        if not slope > 0:
+        if not abs(slope) > _LEVEL:
             return float("nan")
         return frequency_slope(self.levels[-1].equations, finest) / slope
 
@@ -177,7 +250,8 @@ class Lift:
         reduced = self.reduced
         ratio, coarse = alone.gamma_ratio, alone.solutions[0]
         beside = self.coarse(ratio * _BESIDE)
-        if ratio <= 1 or coarse is None or beside is None:
+        level = ratio <= self._linear_until or self._rest.homogeneous
+        if level or coarse is None or beside is None:
             return alone
         slope = (beside.omega - coarse.omega) / ((_BESIDE - 1) * ratio * GRAZING_GAMMA)
         search = FrequencyLift(reduced, self.newton)
@@ -224,33 +298,7 @@ class Lift:
 
     def share(self, finest: Solution) -> float:
         """Share of the kinetic energy of a finest motion in the first harmonic of its mode."""
-        return self._share(self.levels[-1], finest)
-
-    def coarse(self, gamma_ratio: float) -> Solution | None:
-        """Solution of the coarsest level, reached in small steps from the nearest one known."""
-        if not self._coarse:
-            self._coarse[0.5] = self._linear_start(0.5)
-        at = min(self._coarse, key=lambda known: abs(known - gamma_ratio))
-        while at != gamma_ratio:
-            longest = _COARSE_STEP * max(1.0, at)
-            step = np.clip(gamma_ratio - at, -longest, longest)
-            following = gamma_ratio if abs(gamma_ratio - at) <= longest else float(at + step)
-            guess = _scaled(self._coarse[at], following / at)
-            solution = self._solve(0, following, guess).solution
-            if solution is None:
-                return None
-            self._coarse[following] = solution
-            at = following
-        return self._coarse[at]
-
-    def _linear_start(self, gamma_ratio: float) -> Solution:
-        level = self.levels[0]
-        q = np.zeros(level.equations.shape)
-        column = int(np.searchsorted(level.modes, self.mode))
-        q[1, column] = np.sqrt(gamma_ratio)
-        omega = float(level.equations.model.omega[column])
-        force = np.zeros((len(level.equations.series.phase), level.equations.model.points))
-        return level.solve(gamma_ratio * GRAZING_GAMMA, Guess(q, omega, force), self.newton)
+        return self.levels[-1].share(finest.q, self.mode)
 
     def _level(
         self,
@@ -280,7 +328,7 @@ class Lift:
                 force = beside.forces.force + here.forces.force - there.forces.force
                 omega = beside.omega + here.omega - there.omega
                 yield Guess(beside.q + change, omega, np.maximum(force, 0.0))
-            yield _scaled(beside, gamma_ratio / neighbour.gamma_ratio)
+            yield self.levels[index].scaled(beside, gamma_ratio / neighbour.gamma_ratio)
         if lower is not None and here is not None:
             yield Guess(self._moved(lower, index, here.q), here.omega, here.forces.force)
 
@@ -301,13 +349,13 @@ class Lift:
     def _not_on_branch(self, level: Level, gamma_ratio: float, solution: Solution) -> str:
         """Why a converged motion is not on the branch of the followed mode; empty if it is."""
         touching = self._contact_share(level, gamma_ratio, solution)
-        if touching < _SMALLEST_CONTACT:
+        if touching < (_SMALLEST_CONTACT_PRESSED if self._rest.pressed else _SMALLEST_CONTACT):
             return (
                 f"converged to a motion with {touching:.2g} of the contact that the followed mode "
                 "alone has at this energy: an internal resonance lets it avoid the obstacle"
             )
-        share = self._share(level, solution)
-        if share < _SMALLEST_SHARE:
+        share = level.share(solution.q, self.mode)
+        if share < self._smallest_share:
             return (
                 f"converged to a motion that carries only {share:.0%} of its kinetic energy in the "
                 "first harmonic of the followed mode: another family (internal resonance)"
@@ -315,25 +363,12 @@ class Lift:
         return ""
 
     def _contact_share(self, level: Level, gamma_ratio: float, solution: Solution) -> float:
-        """Virial of the contact forces over that of the coarsest level; 1 where that has none."""
-        if level is self.levels[0] or gamma_ratio <= 1 + 1e-9:
+        """Change of contact over that of the coarsest level; 1 where that has none."""
+        if level is self.levels[0] or gamma_ratio <= self._linear_until * (1 + 1e-9):
             return 1.0
         alone = self.coarse(gamma_ratio)
-        reference = alone.energies.virial if alone else 0.0
+        reference = alone.energies.contact if alone else 0.0
         found = solution.energies
         if not reference:
-            return float(found.virial > 1e3 * self.newton.tolerance * found.stiffness)
-        return found.virial / reference
-
-    def _share(self, level: Level, solution: Solution) -> float:
-        """Share of the kinetic energy in the first harmonic of the followed mode."""
-        order = level.equations.series.order
-        mean_square = level.equations.series.mean_square
-        kinetic = (mean_square * order**2)[:, None] * solution.q**2
-        column = np.searchsorted(level.modes, self.mode)
-        return float(kinetic[order == 1, column].sum() / kinetic.sum())
-
-
-def _scaled(solution: Solution, factor: float) -> Guess:
-    """A solution at another energy: the same shape at `factor` times gamma."""
-    return Guess(solution.q * np.sqrt(factor), solution.omega, solution.forces.force)
+            return float(found.contact > 1e3 * self.newton.tolerance * found.stiffness)
+        return found.contact / reference

@@ -62,17 +62,24 @@ class March:
             solution = self.maker.solution(point)
             self.stacks[point.position] = self.course.restored(point.position, solution)
 
-    def run(self, targets: Sequence[float], on_progress: Callable[[float], None]) -> None:
+    def run(
+        self,
+        targets: Sequence[float],
+        on_progress: Callable[[float], None],
+        *,
+        downwards: bool = False,
+    ) -> None:
         """Visit all targets, and look back.
 
         Args:
             targets: Places, ascending.
-            on_progress: Called with each that has been dealt with.
+            on_progress: Called with the place as far along as what has been dealt with.
+            downwards: Begin with the last one.
         """
-        for target in targets:
+        for place, target in zip(targets, targets[::-1] if downwards else targets, strict=True):
             if not self.has(target):
                 self.reach(target)
-            on_progress(target)
+            on_progress(place)
         self._second_look()
 
     def has(self, target: float) -> bool:

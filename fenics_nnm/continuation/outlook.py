@@ -24,7 +24,8 @@ class Outlook:
 
     Attributes:
         gamma_ratio: Energies from grazing on, ascending, shape (p,).
-        frequency_ratio: Frequencies over that of the linear mode, shape (p,).
+        frequency_ratio: Frequencies over that of the linear mode, shape (p,), 1 at first where it
+            begins with a linear motion.
         meetings: Internal resonances on the way, by frequency.
     """
 
@@ -55,20 +56,26 @@ def outlook(
     lift = Lift(levels(scaled, balance, mode=mode), mode, continuation.newton)
     by_energy = not isinstance(continuation, FrequencyContinuation)
     last = continuation.stop if by_energy else _LARGEST_RATIO
-    ratios, frequencies = [1.0], [1.0]
-    while ratios[-1] < last and (by_energy or frequencies[-1] < continuation.stop):
+    rest = scaled.at_rest()
+    first = lift.coarse(1.0)
+    ratios = [1.0]
+    frequencies = [1.0 if rest.is_linear(mode) or first is None else first.omega]
+    side = -1.0 if not by_energy and continuation.start < 1 else 1.0
+    farthest = continuation.start if side < 0 else continuation.stop
+    while ratios[-1] < last and (by_energy or side * (frequencies[-1] - farthest) < 0):
         following = min(_FACTOR * ratios[-1], last)
         solution = lift.coarse(following)
         if solution is None:
             break
         ratios.append(following)
-        frequencies.append(max(solution.omega, frequencies[-1]))
+        only_rises = not rest.closed.any()
+        frequencies.append(max(solution.omega, frequencies[-1]) if only_rises else solution.omega)
     gamma_ratio, frequency_ratio = np.array(ratios), np.array(frequencies)
     return Outlook(
         gamma_ratio,
         frequency_ratio,
         meetings(
-            scaled.omega,
+            rest.omega,
             mode=mode,
             harmonics=balance.harmonics,
             gamma_ratio=gamma_ratio,

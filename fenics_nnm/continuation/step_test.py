@@ -17,7 +17,7 @@ StepTest = Callable[[Equations, Solution, Solution], str]
 
 @dataclass(frozen=True, slots=True)
 class Continuity:
-    """Refuses a step in which harmonic content jumps, or contact is lost above grazing.
+    """Refuses a step in which harmonic content jumps, or contact does not change above grazing.
 
     Attributes:
         largest_change: Bound on the change of any share of the kinetic energy, by harmonic or by
@@ -38,7 +38,7 @@ class Continuity:
                 f"the share of the kinetic energy in one harmonic jumps by {change:.2g}, more than"
                 f" largest_change = {self.largest_change:g}"
             )
-        lost = before.forces.force.any() and not after.forces.force.any()
+        lost = before.energies.contact and not after.energies.contact
         if lost and after.energies.gamma > self.grazing_gamma * (1 + 1e-9):
             return "contact is lost above the energy of grazing, as on a linear mode in a harmonic"
         return ""

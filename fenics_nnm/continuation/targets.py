@@ -58,8 +58,8 @@ class FrequencyContinuation:
     """Which frequencies to visit; all are ratios to the frequency of the linear mode.
 
     Attributes:
-        start: First ratio, above 1: contact closes a gap, which makes a structure stiffer.
-        stop: Last ratio.
+        start: Lowest ratio; above 1 where contact closes a gap, which makes a structure stiffer.
+        stop: Highest ratio; below 1 where a closed contact lifts off.
         step: Largest step.
         smallest_step: A step that fails is halved down to this.
         report_at: Gamma ratios that must be among the points where the branch passes them.
@@ -74,9 +74,10 @@ class FrequencyContinuation:
     newton: Newton = field(default_factory=lambda: _NEWTON)
 
     def __post_init__(self) -> None:
-        if not 1 < self.start < self.stop:
+        if not (1 < self.start < self.stop or 0 < self.start < self.stop < 1):
             raise ModelError(
-                f"frequencies from {self.start:g} to {self.stop:g}: must be 1 < from < to"
+                f"frequencies from {self.start:g} to {self.stop:g}: must be 1 < from < to, or "
+                "from < to < 1 where a closed contact lifts off"
             )
 
     @property

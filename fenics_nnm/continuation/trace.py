@@ -161,7 +161,7 @@ class Trace:
 
     def _comes_to_rest(self, here: Place, reached: Place) -> str:
         """Why there is nothing to be found on the way down a linear mode, or nothing."""
-        free = not (here.solution.forces.force.any() or reached.solution.forces.force.any())
+        free = not (here.solution.energies.contact or reached.solution.energies.contact)
         falls = _gamma(reached.solution) < _gamma(here.solution)
         if free and falls and not self.gamma.low:
             return "the branch has come to a linear mode without contact, and leads down to rest"

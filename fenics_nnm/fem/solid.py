@@ -12,6 +12,13 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachments import (
+    Attachment,
+    Vertex,
+    add_at_vertex,
+    nearest_vertex,
+    spread_form,
+)
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.regions import Region, Regions, regions_on
 from fenics_nnm.fem.stress import Expr, Theory, cauchy_stress, strain, stress
@@ -22,7 +29,7 @@ THEORY_DIMENSION: dict[Theory, int] = {"rod": 1, "plane-stress": 2, "plane-strai
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """Theory and materials of a body, in SI units.
+    """Theory and materials of a body, and what is attached to it, in SI units.
 
     Attributes:
         theory: "rod" (axial motion, E A and rho A), "plane-stress", "plane-strain" or "solid".
@@ -30,12 +37,14 @@ class Body:
         extent: What the mesh lacks: cross-section of a rod in m^2, thickness of a plane body in
             m, 1 for a solid.
         degree: Polynomial degree of the displacement, 1 or 2.
+        attachments: Masses and springs.
     """
 
     theory: Theory
     regions: tuple[Region, ...]
     extent: float = 1.0
     degree: int = 2
+    attachments: tuple[Attachment, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +59,7 @@ class Solid:
         clamped: Local indices of clamped degrees of freedom, unrolled.
         body: Theory and materials.
         regions: Cells of each material.
+        vertices: Vertex of each attachment at a point, by its key.
     """
 
     tagged: TaggedMesh
@@ -59,6 +69,7 @@ class Solid:
     clamped: Indices
     body: Body
     regions: Regions
+    vertices: dict[str, Vertex]
 
     @property
     def dofs(self) -> int:
@@ -76,8 +87,8 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
     """Assemble stiffness and mass, clamped on the given local facets.
 
     Raises:
-        MeshError: if the dimension of the mesh is not that of the theory, or not every cell has
-            exactly one material.
+        MeshError: if the dimension of the mesh is not that of the theory, not every cell has
+            exactly one material, or something cannot be attached.
         ModelError: if the orientation of a material does not go with the theory.
     """
     expected = THEORY_DIMENSION[body.theory]
@@ -94,11 +105,33 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
     clamp = [fem.dirichletbc(zero, blocks, space)]
     K = assemble_matrix(fem.form(strain_energy), clamp, 1.0)
     M = assemble_matrix(fem.form(inertia), clamp, 0.0)
+    vertices = _attach(tagged, space, body, (K, M), clamp)
     for matrix in (K, M):
-        matrix.assemble()
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     unrolled = (blocks[:, None] * tagged.dim + np.arange(tagged.dim)).ravel().astype(np.int32)
-    return Solid(tagged, space, K, M, unrolled, body, regions)
+    return Solid(tagged, space, K, M, unrolled, body, regions, vertices)
+
+
+def _attach(
+    tagged: TaggedMesh,
+    space: fem.FunctionSpace,
+    body: Body,
+    matrices: tuple[PETSc.Mat, PETSc.Mat],
+    clamp: list[fem.DirichletBC],
+) -> dict[str, Vertex]:
+    """Add masses and springs to K and M, which are left assembled; vertices of those at points."""
+    vertices = {}
+    for matrix, kind, diagonal in zip(matrices, ("spring", "mass"), (1.0, 0.0), strict=True):
+        matrix.assemble()  # what is added to values that are still on their way is lost
+        for each in body.attachments:
+            if each.kind == kind and each.point:
+                vertices[each.key] = nearest_vertex(space, tagged, each, clamp[0].dof_indices()[0])
+                add_at_vertex(matrix, space, vertices[each.key], each.values)
+            elif each.kind == kind:
+                form = fem.form(spread_form(space, tagged, each, body.extent))
+                assemble_matrix(matrix, form, clamp, diagonal)
+                matrix.assemble()
+    return vertices
 
 
 def stress_tensor(u: Expr, solid: Solid) -> Expr:

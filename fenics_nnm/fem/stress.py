@@ -115,7 +115,9 @@ def _anisotropic(
         epsilon = local * epsilon * local.T
     places = _PLACES[epsilon.ufl_shape[0]]
     strains = ufl.as_vector([(1 if i == j else 2) * epsilon[i, j] for i, j in places])
-    sigma = _symmetric(fem.Constant(mesh, _reduced(stiffness, theory)) * strains, places)
+    sigma = _symmetric(
+        fem.Constant(mesh, np.ascontiguousarray(_reduced(stiffness, theory))) * strains, places
+    )
     along = None
     if theory == "plane-strain":
         along = ufl.dot(fem.Constant(mesh, stiffness[2, list(IN_PLANE)]), strains)

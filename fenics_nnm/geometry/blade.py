@@ -1,24 +1,35 @@
 """A turbomachinery blade lofted through the sections of a table."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from scipy.interpolate import make_interp_spline
 
 from fenics_nnm.errors import GeometryError
+from fenics_nnm.geometry.bladed_sector import Part, RootBlock, between_sections, in_passage
+from fenics_nnm.geometry.csv_table import CsvTable, read_table
+from fenics_nnm.geometry.design import (
+    DesignSection,
+    Profile,
+    design_lines,
+    is_design,
+    read_design,
+)
 from fenics_nnm.geometry.parameters import Count, GeometryRecord, GmshModel, Length, LengthUnit
 from fenics_nnm.geometry.section_lines import MOST_EDGE_CUT, SectionLines, section_lines
-from fenics_nnm.geometry.sections import Section, read_sections
+from fenics_nnm.geometry.sections import Section, sections_of
+from fenics_nnm.geometry.walls import WallLine, wall_of
 
 _log = logging.getLogger(__name__)
 
 _STATIONS = 31  # along each side of a section; a fine table needs no more
 _GROWTH_DISTANCE = 3.0  # element sizes from the edges to the full element size
+_FILLET_SIZE = 0.7  # element size in a fillet over its radius
 _HXT = 10  # fewer slivers than the default Delaunay algorithm
 _MESH_OPTIONS: dict[str, float] = {
     "Mesh.Algorithm3D": _HXT,
@@ -30,37 +41,64 @@ _MESH_OPTIONS: dict[str, float] = {
 
 
 class Blade(GeometryRecord):
-    """Blade between two sections of a table, fixed at the inner one and free at the outer one.
+    """Blade through sections, on its own between two ends or on a disk sector.
 
     The machine axis is x: a table point (z, r, theta) lies at x = z, y = r sin(theta),
-    z = r cos(theta), so a blade near theta = 0 stands along +z. Section lines are cubic splines;
-    the sides are smooth surfaces through all sections from `first_section` to `last_section`.
+    z = r cos(theta), so a blade near theta = 0 stands along +z. Sections are those of a table of
+    stream surfaces or of a design table; their lines are cubic splines, and the sides are smooth
+    surfaces through all of them. An end is the first or last section, or a surface of revolution
+    that cuts the blade: `hub`, and `clearance` inside `casing`.
 
-    Groups: cells "body"; faces "root" (first section), "tip" (last section) and "surface" (all
-    others).
+    Groups: cells "body"; faces "root" (inner end), "tip" (outer end) and "surface" (the airfoil).
+    With `block` cells "block", "blade" and, around a fillet, "collar", which together are "body";
+    faces "bore", "sides" (the two cuts through the disk), "ends" (its faces along the axis),
+    "platform", "fillet", and "root", which is bore and sides.
 
     What is simplified:
         The round noses are replaced by narrow flat strips across the mean line, `edge_cut` times
         the length of the mean line behind the foremost point. For NASA rotor 37 and 0.2 % that
         is 0.11 mm of 56 mm of chord at each edge; the strips are 0.2 mm to 0.5 mm wide, and less
         than 0.1 % of the volume is lost. Stresses at the edges are not those of a round nose.
-        There are no fillet and no disk. The root and tip faces are made of straight lines across
-        the thickness: their rims lie on the surfaces of revolution of the table, their middles
-        up to 0.03 mm (root) and 0.007 mm (tip) inside. Elements have straight sides.
+        An end that is a section is made of straight lines across the thickness: its rim lies on
+        the surface of revolution of the table, its middle up to 0.03 mm (rotor 37, root) and
+        0.007 mm (tip) inside. A fillet is a circular arc where airfoil and hub are perpendicular,
+        and mitred at the edges. Elements have straight sides.
     """
 
     model: Literal["blade"] = "blade"
     length_unit: LengthUnit = Field(
         default="m", description="unit of the lengths here and of the mesh"
     )
-    sections: Path = Field(
-        description="CSV table with columns section, j, z_<unit>, r_<unit>, theta1_rad, theta2_rad"
+    sections: Path | None = Field(
+        default=None,
+        description="CSV table of sections: columns section, j, z_<unit>, r_<unit>, theta1_rad, "
+        "theta2_rad, or those of a design table",
     )
-    first_section: Count = Field(default=1, description="number of the root section in the table")
+    design: Annotated[tuple[DesignSection, ...], Field(min_length=2)] | None = Field(
+        default=None, description="design table in the study: [{ r, chord, stagger, ... }, ...]"
+    )
+    profile: Profile | None = Field(
+        default=None, description='thickness of a design table: "naca" (default) or "biconvex"'
+    )
+    first_section: Count | None = Field(
+        default=None, description="number of the first section in the table; without it the first"
+    )
     last_section: Count | None = Field(
         default=None,
-        description="number of the tip section in the table; without it the last but one, as the "
-        "last of many tables lies inside the casing",
+        description="number of the last section in the table; without it the last but one, as the "
+        "last of many tables lies inside the casing, or the last if casing is given",
+    )
+    hub: WallLine | None = Field(
+        default=None, description="line of the hub: [[x, r], ...] in length_unit, or a CSV table"
+    )
+    casing: WallLine | None = Field(
+        default=None, description="line of the casing: [[x, r], ...] in length_unit, or a CSV table"
+    )
+    clearance: Length | None = Field(
+        default=None, description="radial distance of the tip from the casing, in length_unit"
+    )
+    block: RootBlock | None = Field(
+        default=None, description="disk sector: { blades, bore, overhang, fillet }"
     )
     element_size: Length = Field(description="edge length of the elements, in length_unit")
     edge_size: Length | None = Field(
@@ -80,25 +118,86 @@ class Blade(GeometryRecord):
             )
         return self
 
+    @model_validator(mode="after")
+    def _one_table(self) -> Self:
+        if self.sections is None and self.design is None:
+            raise ValueError("sections: is missing: a table in a file, or design in its place")
+        if self.sections is not None and self.design is not None:
+            raise ValueError("design: does not go with sections, the table of a file")
+        if self.design is not None:
+            for key in ("first_section", "last_section"):
+                if getattr(self, key) is not None:
+                    raise ValueError(f"{key}: belongs to a table of sections, not to design")
+            radii = [section.r for section in self.design]
+            if any(outer <= inner for inner, outer in pairwise(radii)):
+                raise ValueError("design: r must rise from section to section")
+        return self
+
+    @model_validator(mode="after")
+    def _walls_go_together(self) -> Self:
+        if (self.casing is None) != (self.clearance is None):
+            missing = "casing" if self.casing is None else "clearance"
+            raise ValueError(f"{missing}: is missing: casing and clearance give the tip together")
+        if self.block is not None and self.hub is None:
+            raise ValueError("hub: is missing: block needs it as its outer surface")
+        return self
+
     def selected_sections(self) -> list[Section]:
         """Read the table; return the sections of the blade, hub first, in length_unit.
 
         Raises:
             GeometryError: The table is wrong or lacks a section asked for.
         """
-        sections = read_sections(self.sections, self.length_unit)
+        if self.sections is None:
+            raise GeometryError("mesh.sections: is missing: the blade has a design table")
+        return self._selected(read_table(self.sections, "mesh.sections"))
+
+    def _selected(self, table: CsvTable) -> list[Section]:
+        sections = sections_of(table, self.length_unit)
         numbers = [section.number for section in sections]
-        last = self.last_section or numbers[max(len(numbers) - 2, 0)]
-        for key, number in (("first_section", self.first_section), ("last_section", last)):
+        before_last = numbers[max(len(numbers) - 2, 0)]
+        first = self.first_section or numbers[0]
+        last = self.last_section or (numbers[-1] if self.casing is not None else before_last)
+        for key, number in (("first_section", first), ("last_section", last)):
             if number not in numbers:
                 raise GeometryError(
-                    f"{self.sections}: {key} = {number}: the table has {numbers[0]}..{numbers[-1]}"
+                    f"{table.file}: {key} = {number}: the table has {numbers[0]}..{numbers[-1]}"
                 )
-        if last <= self.first_section:
+        if last <= first:
             raise GeometryError(
-                f"last_section = {last}: must be larger than first_section = {self.first_section}"
+                f"last_section = {last}: must be larger than first_section = {first}"
             )
-        return [section for section in sections if self.first_section <= section.number <= last]
+        return [section for section in sections if first <= section.number <= last]
+
+    def lines(self) -> list[SectionLines]:
+        """Both sides of all sections, hub first, in length_unit.
+
+        Raises:
+            GeometryError: The table is wrong.
+        """
+        if self.design is not None:
+            return self._design_lines(self.design)
+        table = read_table(Path(str(self.sections)), "mesh.sections")
+        if is_design(table):
+            if self.first_section or self.last_section:
+                raise GeometryError(f"{table.file}: is a design table: has no first_section")
+            return self._design_lines(read_design(table, self.length_unit))
+        if self.profile is not None:
+            raise GeometryError(
+                f'mesh.profile = "{self.profile}": belongs to a design table; {table.file} gives '
+                "both sides"
+            )
+        try:
+            return [
+                section_lines(section, edge_cut=self.edge_cut, count=_STATIONS)
+                for section in self._selected(table)
+            ]
+        except GeometryError as error:
+            raise GeometryError(f"{table.file}: {error}") from error
+
+    def _design_lines(self, sections: Sequence[DesignSection]) -> list[SectionLines]:
+        profile = self.profile or "naca"
+        return design_lines(sections, profile=profile, edge_cut=self.edge_cut, count=_STATIONS)
 
     def build(self, gmsh_model: GmshModel) -> None:
         """Fill the current gmsh model with geometry, mesh and named groups.
@@ -106,134 +205,64 @@ class Blade(GeometryRecord):
         Raises:
             GeometryError: The table is wrong, or its sections give no valid solid or mesh.
         """
-        sections = self.selected_sections()
+        lines = self.lines()
         try:
-            lines = [section_lines(s, edge_cut=self.edge_cut, count=_STATIONS) for s in sections]
-        except GeometryError as error:
-            raise GeometryError(f"{self.sections}: {error}") from error
-        try:
-            solid = _loft(gmsh_model, lines)
-            self._mesh(gmsh_model, solid)
+            part = self._part(gmsh_model, lines)
+            self._mesh(gmsh_model, part)
+        except GeometryError:
+            raise
         except Exception as error:  # gmsh raises no narrower class
-            raise GeometryError(f"{self.sections}: gmsh cannot mesh the blade: {error}") from error
-        _check_cells(gmsh_model, self.sections)
+            raise GeometryError(f"{self._name()}: gmsh cannot mesh the blade: {error}") from error
+        _check_cells(gmsh_model, self._name())
 
-    def _mesh(self, gmsh_model: GmshModel, solid: "_Solid") -> None:
-        """Name the groups and mesh them, finer towards the long edges."""
-        gmsh_model.addPhysicalGroup(3, [solid.volume], name="body")
-        gmsh_model.addPhysicalGroup(2, [solid.root], name="root")
-        gmsh_model.addPhysicalGroup(2, [solid.tip], name="tip")
-        gmsh_model.addPhysicalGroup(2, solid.surface, name="surface")
-        self._add_size_field(gmsh_model.mesh.field, solid.edges)
+    def _name(self) -> str:
+        """What the blade is made of, for messages."""
+        return "mesh.design" if self.sections is None else str(self.sections)
+
+    def _part(self, gmsh_model: GmshModel, lines: list[SectionLines]) -> Part:
+        """The solid, between its end sections or cut by the walls."""
+        if self.hub is None and self.casing is None:
+            return between_sections(gmsh_model, lines)
+        walls = [
+            None if given is None else wall_of(key, given, self.length_unit)
+            for key, given in (("hub", self.hub), ("casing", self.casing))
+        ]
+        hub, casing = walls
+        tip = None if casing is None else casing.raised(-(self.clearance or 0.0))
+        return in_passage(gmsh_model, lines, hub, tip, self.block)
+
+    def _mesh(self, gmsh_model: GmshModel, part: Part) -> None:
+        """Name the groups and mesh them, finer towards the long edges and in a fillet."""
+        everything = [tag for tags in part.cells.values() for tag in tags]
+        gmsh_model.addPhysicalGroup(3, everything, name="body")
+        if len(part.cells) > 1:
+            for name, tags in part.cells.items():
+                gmsh_model.addPhysicalGroup(3, tags, name=name)
+        for name, tags in part.faces.items():
+            gmsh_model.addPhysicalGroup(2, tags, name=name)
+        field = gmsh_model.mesh.field
+        sizes = [self._size_near(field, part.edges, self.edge_size or self.element_size / 3)]
+        if part.foot and self.block is not None and self.block.fillet is not None:
+            fine = min(self.element_size, _FILLET_SIZE * self.block.fillet)
+            sizes.append(self._size_near(field, part.foot, fine))
+        smallest = field.add("Min")
+        field.setNumbers(smallest, "FieldsList", sizes)
+        field.setAsBackgroundMesh(smallest)
         with _options(_MESH_OPTIONS):
             gmsh_model.mesh.generate(3)
 
-    def _add_size_field(self, field: GmshModel, edges: list[int]) -> None:
-        """Element size: edge_size on the edges, rising linearly to element_size."""
+    def _size_near(self, field: GmshModel, curves: list[int], size: float) -> int:
+        """Element size: `size` on the curves, rising linearly to element_size."""
         distance = field.add("Distance")
-        field.setNumbers(distance, "CurvesList", edges)
+        field.setNumbers(distance, "CurvesList", curves)
         field.setNumber(distance, "Sampling", 200)
-        size = field.add("Threshold")
-        field.setNumber(size, "InField", distance)
-        field.setNumber(size, "SizeMin", self.edge_size or self.element_size / 3)
-        field.setNumber(size, "SizeMax", self.element_size)
-        field.setNumber(size, "DistMin", 0)
-        field.setNumber(size, "DistMax", _GROWTH_DISTANCE * self.element_size)
-        field.setAsBackgroundMesh(size)
-
-
-class _Solid(NamedTuple):
-    """Tags of the blade in gmsh: faces but `volume`, and `edges`, the spanwise curves."""
-
-    volume: int
-    root: int
-    tip: int
-    surface: list[int]
-    edges: list[int]
-
-
-def _loft(gmsh_model: GmshModel, lines: list[SectionLines]) -> _Solid:
-    """Make the solid; OCC lofts only the sides when the end sections are not plane."""
-    occ = gmsh_model.occ
-    outlines = [_add_outline(occ, line) for line in lines]
-    wires = [occ.addWire(outline) for outline in outlines]
-    sides = occ.addThruSections(wires, makeSolid=False)
-    occ.remove([(1, curve) for outline in outlines for curve in outline], recursive=True)
-    occ.synchronize()
-    _remove_control_points(gmsh_model, sides)
-    rims = _curves(gmsh_model, sides, combined=True)
-    edges = sorted(set(_curves(gmsh_model, sides, combined=False)) - set(rims))
-    inner, outer = _split_rims(gmsh_model, rims, edges)
-    root, tip = (occ.addBSplineFilling(occ.addWire(rim), type="Stretch") for rim in (inner, outer))
-    surface = [tag for _, tag in sides]
-    volume = occ.addVolume([occ.addSurfaceLoop([*surface, root, tip])])
-    occ.synchronize()
-    return _Solid(volume, root, tip, surface, edges)
-
-
-def _add_outline(occ: GmshModel, lines: SectionLines) -> list[int]:
-    """Add the closed outline of a section: two splines and two straight strips."""
-    corners = [[occ.addPoint(*side[end]) for end in (0, -1)] for side in lines.sides]
-    (a, b), (d, c) = corners
-    there = _add_spline(occ, lines.parameter, lines.sides[0], (a, b))
-    back = _add_spline(occ, 1 - lines.parameter[::-1], lines.sides[1, ::-1], (c, d))
-    return [there, occ.addLine(b, c), back, occ.addLine(d, a)]
-
-
-def _add_spline(
-    occ: GmshModel, parameter: np.ndarray, points: np.ndarray, ends: tuple[int, int]
-) -> int:
-    """Add the cubic spline through `points` between two existing points.
-
-    All sections share the knots; otherwise the loft would unite as many sets as sections.
-    """
-    spline = make_interp_spline(parameter, points, k=3)
-    knots, multiplicities = np.unique(spline.t, return_counts=True)
-    inner = [occ.addPoint(*control) for control in spline.c[1:-1]]
-    return occ.addBSpline(
-        [ends[0], *inner, ends[1]],
-        degree=3,
-        knots=knots.tolist(),
-        multiplicities=multiplicities.tolist(),
-    )
-
-
-def _remove_control_points(gmsh_model: GmshModel, faces: list[tuple[int, int]]) -> None:
-    """Remove the points that bound no face: they would become nodes of the mesh."""
-    corners = gmsh_model.getBoundary(faces, recursive=True, oriented=False)
-    points = set(gmsh_model.occ.getEntities(0)) - set(corners)
-    gmsh_model.occ.remove(sorted(points))
-    gmsh_model.occ.synchronize()
-
-
-def _curves(gmsh_model: GmshModel, faces: list[tuple[int, int]], *, combined: bool) -> list[int]:
-    """Curves that bound the faces; combined: only those that bound a single face."""
-    boundary = gmsh_model.getBoundary(faces, combined=combined, oriented=False)
-    return [tag for _, tag in boundary]
-
-
-def _split_rims(
-    gmsh_model: GmshModel, rims: list[int], edges: list[int]
-) -> tuple[list[int], list[int]]:
-    """The rim through the inner ends of the spanwise edges, and the other; each in turn."""
-
-    def radius(point: int) -> float:
-        _, y, z = gmsh_model.getValue(0, point, [])
-        return float(np.hypot(y, z))
-
-    def ends(curve: int) -> set[int]:
-        return {tag for _, tag in gmsh_model.getBoundary([(1, curve)], oriented=False)}
-
-    def in_turn(curves: list[int]) -> list[int]:
-        chain, rest = curves[:1], curves[1:]
-        while rest:
-            chain.append(next(curve for curve in rest if ends(curve) & ends(chain[-1])))
-            rest.remove(chain[-1])
-        return chain
-
-    inner_corners = {min(ends(edge), key=radius) for edge in edges}
-    inner = [curve for curve in rims if ends(curve) <= inner_corners]
-    return in_turn(inner), in_turn([curve for curve in rims if curve not in inner])
+        threshold = field.add("Threshold")
+        field.setNumber(threshold, "InField", distance)
+        field.setNumber(threshold, "SizeMin", size)
+        field.setNumber(threshold, "SizeMax", self.element_size)
+        field.setNumber(threshold, "DistMin", 0)
+        field.setNumber(threshold, "DistMax", _GROWTH_DISTANCE * self.element_size)
+        return int(threshold)
 
 
 @contextmanager
@@ -251,10 +280,10 @@ def _options(values: dict[str, float]) -> Iterator[None]:
             gmsh.option.setNumber(name, value)
 
 
-def _check_cells(gmsh_model: GmshModel, file: Path) -> None:
+def _check_cells(gmsh_model: GmshModel, name: str) -> None:
     """Refuse inverted elements; log the count and the worst shape."""
-    _, (tags,), _ = gmsh_model.mesh.getElements(3)
+    tags = np.concatenate(gmsh_model.mesh.getElements(3)[1])
     if gmsh_model.mesh.getElementQualities(tags, "minDetJac").min() <= 0:
-        raise GeometryError(f"{file}: the mesh has inverted elements; try a smaller edge_size")
+        raise GeometryError(f"{name}: the mesh has inverted elements; try a smaller edge_size")
     worst = gmsh_model.mesh.getElementQualities(tags, "minSICN").min()
     _log.info("blade: %d tetrahedra, worst shape (SICN) %.3f", len(tags), worst)

@@ -13,6 +13,7 @@ METRES: dict[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft"
 """Metres in one length unit."""
 
 Length = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False, strict=True)]
+Coordinate = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False, strict=True)]
 Count = Annotated[int, Field(gt=0, le=1_000_000, strict=True)]
 
 

@@ -7,8 +7,6 @@ Sections are numbered from the hub outwards; j runs from one edge of the blade t
 Lines that start with `#` are comments.
 """
 
-import csv
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -16,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fenics_nnm.errors import GeometryError
+from fenics_nnm.geometry.csv_table import CsvTable, read_table
 from fenics_nnm.geometry.parameters import METRES
 
 _FEWEST_POINTS = 5
@@ -44,73 +43,31 @@ def read_sections(file: Path, length_unit: str) -> list[Section]:
     Raises:
         GeometryError: A line that names the file, and the line and column, and what is wrong.
     """
-    header, rows = _read_cells(file)
-    names = _find_columns(file, header)
-    values = np.array([_read_row(file, line, header, cells, names) for line, cells in rows])
-    scale = [METRES[name.split("_")[1]] / METRES[length_unit] for name in names[2:4]]
+    return sections_of(read_table(file, "mesh.sections"), length_unit)
+
+
+def sections_of(table: CsvTable, length_unit: str) -> list[Section]:
+    """All sections of a table, hub first, with lengths in `length_unit`.
+
+    Raises:
+        GeometryError: A line that names the file, and the line and column, and what is wrong.
+    """
+    counts = [table.column("section"), table.column("j")]
+    axial, radius = (table.column_with_unit(name) for name in "zr")
+    angles = [table.column("theta1_rad"), table.column("theta2_rad")]
+    scale = [METRES[name.split("_")[1]] / METRES[length_unit] for name in (axial, radius)]
+    values = np.array(
+        [
+            [row.number(name, whole=True) for name in counts]
+            + [row.number(axial), row.number(radius, positive=True)]
+            + [row.number(name) for name in angles]
+            for row in table.rows
+        ]
+    )
     numbers = np.unique(values[:, 0])
-    sections = [_make_section(file, values[values[:, 0] == n], scale) for n in numbers]
-    _check_order(file, sections)
+    sections = [_make_section(table.file, values[values[:, 0] == n], scale) for n in numbers]
+    _check_order(table.file, sections)
     return sections
-
-
-def _read_cells(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Header cells, and (line number, cells) of every row after it."""
-    try:
-        lines = file.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise GeometryError(f"mesh.sections = {file}: cannot be read: {reason}") from error
-    rows = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(lines, 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(rows) < 2:
-        raise GeometryError(f"{file}: has no table: must be a header line and rows of numbers")
-    return rows[0][1], rows[1:]
-
-
-def _find_columns(file: Path, header: list[str]) -> list[str]:
-    """Full names of section, j, z, r, theta1, theta2 as this table spells them."""
-    choices = [["section"], ["j"]]
-    choices += [[f"{name}_{unit}" for unit in METRES] for name in "zr"]
-    choices += [["theta1_rad"], ["theta2_rad"]]
-    found = []
-    for accepted in choices:
-        present = [name for name in header if name in accepted]
-        if len(present) != 1:
-            wanted = " or ".join(accepted)
-            problem = "is missing" if not present else f"is given {len(present)} times"
-            raise GeometryError(f"{file}: column {wanted} {problem}; it has {', '.join(header)}")
-        found.append(present[0])
-    return found
-
-
-def _read_row(
-    file: Path, line: int, header: list[str], cells: list[str], names: list[str]
-) -> list[float]:
-    """The numbers of one row, in the order of `names`."""
-    if len(cells) != len(header):
-        raise GeometryError(f"{file}: line {line}: {len(cells)} cells, must be {len(header)}")
-    by_name = dict(zip(header, cells, strict=True))
-    return [_read_number(f"{file}: line {line}: {name}", by_name[name]) for name in names]
-
-
-def _read_number(place: str, cell: str) -> float:
-    """A finite number; whole if it counts something, positive if it is a radius."""
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    column = place.rsplit(" ", 1)[1]
-    if not math.isfinite(value):
-        raise GeometryError(f'{place} = "{cell}": must be a number')
-    if column in ("section", "j") and not value.is_integer():
-        raise GeometryError(f"{place} = {cell}: must be a whole number")
-    if column.startswith("r_") and value <= 0:
-        raise GeometryError(f"{place} = {cell}: must be positive")
-    return value
 
 
 def _make_section(file: Path, rows: np.ndarray, scale: list[float]) -> Section:

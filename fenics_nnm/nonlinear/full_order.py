@@ -74,6 +74,10 @@ class FullOrderEquations:
         D, _, _ = self._flexibility(omega)
         return self.reduced.free_harmonics(q, omega) - _times(D, ell)
 
+    def motion(self, unknowns: Array) -> Array:
+        """The unknowns: at full order gaps are positive, and nothing is displaced at rest."""
+        return unknowns
+
     def forces(self, unknowns: Array, omega: float) -> ContactForces:
         """Contact forces at the samples."""
         return self.reduced.law(self.series.synthesis @ self.free_harmonics(unknowns, omega))

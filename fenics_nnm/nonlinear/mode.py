@@ -5,7 +5,7 @@ Everything here is dimensionless or not as its model is; nothing depends on the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,21 +13,30 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import ContactForces, ContactLaw
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.rest import RestState
 
 
 @dataclass(frozen=True, slots=True)
 class Energies:
     """Energies of a periodic motion (Laxalde and Legrand 2011, Eqs. 9-12, with n^2 in h).
 
+    All count from the state of rest: U is the displacement from there, lambda_s and c_s are forces
+    and clearances at rest, c the clearances; <,> is the mean over the period of the sum over the
+    contact points. With positive gaps lambda_s = 0 and c_s is the gap.
+
     Attributes:
-        stiffness: k^ = sum_n U_n* K U_n, twice the mean strain energy.
+        stiffness: k^ = sum_n U_n* K U_n, twice the mean strain energy of U.
         mass: m^ = sum_n n^2 U_n* M U_n; omega^2 m^ is twice the mean kinetic energy.
-        virial: <lambda, gap>, mean over the period of the sum over the contact points.
+        virial: <lambda, c_s> + <lambda_s, c>.
+        lifted: <lambda_s, c>, the mean work done against the forces at rest.
+        touch: Mean force times reference displacement of points that touch at rest.
     """
 
     stiffness: float
     mass: float
     virial: float
+    lifted: float = 0.0
+    touch: float = 0.0
 
     @property
     def gamma(self) -> float:
@@ -36,15 +45,20 @@ class Energies:
 
     @property
     def rayleigh_quotient(self) -> float:
-        """R = k^ / m^, the square of the frequency only where no force acts across the gap."""
+        """R = k^ / m^, the square of the frequency only where no force acts across a gap."""
         return self.stiffness / self.mass
 
     def total(self, omega: float) -> float:
         """Energy E, constant in time: mean strain energy + mean kinetic energy."""
-        return (self.stiffness + omega**2 * self.mass) / 2
+        return (self.stiffness + omega**2 * self.mass) / 2 + self.lifted
+
+    @property
+    def contact(self) -> float:
+        """How much contact changes: 0 for a linear motion about the state of rest, or positive."""
+        return self.virial + self.touch
 
     def virial_error(self, omega: float) -> float:
-        """Relative error of omega^2 m^ = k^ + <lambda, gap>, which every exact solution obeys."""
+        """Relative error of omega^2 m^ = k^ + virial, which every exact solution obeys."""
         return abs(omega**2 * self.mass - self.stiffness - self.virial) / self.stiffness
 
 
@@ -65,6 +79,10 @@ class HarmonicEquations:
     model: ReducedModel
     series: Series
     law: ContactLaw
+    rest: RestState = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rest", self.model.at_rest())
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -75,6 +93,18 @@ class HarmonicEquations:
     def static_flexibility(self) -> Array:
         """Static flexibility of each contact point, shape (n_c,)."""
         return self.model.static_flexibility
+
+    def motion(self, q: Array) -> Array:
+        """Coefficients of the motion about the state of rest, shape (N + 1, J)."""
+        motion = q.copy()
+        motion[0] -= self.rest.q
+        return motion
+
+    def scaled(self, q: Array, factor: float) -> Array:
+        """Coefficients of a motion of the same shape, with its displacements from rest scaled."""
+        scaled = factor * self.motion(q)
+        scaled[0] += self.rest.q
+        return scaled
 
     def with_law(self, law: ContactLaw) -> HarmonicEquations:
         """The same under another contact law."""
@@ -137,16 +167,29 @@ class HarmonicEquations:
 
     def energies(self, q: Array, omega: float, forces: ContactForces) -> Energies:
         """Energies of the motion; the strain energy of R is the mean of lambda^T R lambda."""
+        rest, weight = self.rest, self.series.weight
         mean_square = self.series.mean_square[:, None]
-        residual_part = np.einsum("sc,cd,sd->s", forces.force, self.model.R, forces.force)
+        change = forces.force - rest.force
+        residual_part = np.einsum("sc,cd,sd->s", change, self.model.R, change)
+        lifted = float(weight @ (self._clearance(q, omega, forces) @ rest.force))
         return Energies(
             stiffness=float(
-                np.sum(mean_square * (self.model.omega * q) ** 2)
-                + self.series.weight @ residual_part
+                np.sum(mean_square * (self.model.omega * self.motion(q)) ** 2)
+                + weight @ residual_part
             ),
             mass=2 * self.gamma(q, omega),
-            virial=float(self.series.weight @ (forces.force @ self.model.gap)),
+            virial=float(weight @ (forces.force @ rest.clearance)) + lifted,
+            lifted=lifted,
+            touch=float(weight @ forces.force[:, rest.touching].sum(axis=1)) * rest.scale,
         )
+
+    def _clearance(self, q: Array, omega: float, forces: ContactForces) -> Array:
+        """Clearances at the samples of the points that are closed at rest, else 0."""
+        if not self.rest.closed.any():
+            return np.zeros_like(forces.force)
+        free = self.series.synthesis @ self.free_harmonics(q, omega)
+        clearance = self.model.gap - free + forces.force @ self.model.R
+        return np.where(self.rest.closed & (forces.force == 0), clearance, 0.0)
 
     def row_scale(self, omega: float) -> Array:
         """Size of each equation per unit of its coordinate: omega_j^2 + n^2 omega^2."""
@@ -154,7 +197,7 @@ class HarmonicEquations:
 
     def relative_residual(self, q: Array, omega: float, residual: Array) -> float:
         """Norm of the residual as displacements, relative to that of the motion; inf at rest."""
-        size = float(np.linalg.norm(q))
+        size = float(np.linalg.norm(self.motion(q)))
         return float(np.linalg.norm(residual / self.row_scale(omega))) / size if size else np.inf
 
     @property

@@ -257,7 +257,8 @@ class _Iteration:
             return None
         size = trial.at.q.size
         motion, frequency = step[:size].reshape(trial.at.q.shape), float(step[size])
-        longest = self.options.largest_motion_step * float(np.linalg.norm(trial.at.q))
+        size_of_motion = float(np.linalg.norm(self.equations.motion(trial.at.q)))
+        longest = self.options.largest_motion_step * size_of_motion
         widest = self.options.largest_frequency_step * trial.at.omega
         shrink = min(
             1.0,

@@ -26,12 +26,13 @@ class BranchPoint:
     Attributes:
         position: Place along the branch, by which points are ordered: what is stepped, so the
             gamma ratio, the frequency ratio, or the length of the arc from the first point.
-        gamma_ratio: Modal energy coordinate over its value at grazing.
+        gamma_ratio: Modal energy coordinate over its value where the linear motion about the state
+            of rest ends: at grazing, or where a closed point lifts off.
         frequency: Physical frequency in Hz.
         frequency_ratio: Frequency over that of the linear mode, times the harmonic it began in.
         rayleigh_frequency: sqrt(r) / 2 pi in Hz, the paper's quantity; it is not the frequency
             once there is a gap.
-        energy: Total energy in J.
+        energy: Total energy in J, from the state of rest.
         residual: Relative residual of the harmonic equations.
         penetration: Largest penetration between the samples in m, the contact forces
             taken linear between them.
@@ -39,11 +40,12 @@ class BranchPoint:
             gap and static deflection S_cc lambda_c, at all contact points c and on the same grid.
             With the penetration it is how far min(gap - w, S_cc lambda) is from zero, which it is
             where Signorini's conditions hold; S is the static flexibility.
-        complementarity: Largest |lambda (w - gap)| at the samples over max lambda times gap.
+        complementarity: Largest |lambda (w - gap)| at the samples over max lambda times the unit
+            of length: the smallest gap if that is positive, else the motion at gamma ratio 1.
         reduction_residual: Residual of the motion in the full-order harmonic equations, in the
             norm of K^-1, over the square root of k^; 0 at full order, nan if unknown.
         reduction_error: Relative error of the frequency that is expected of the reduction.
-        virial_error: Relative error of omega^2 m^ = k^ + <lambda, gap>.
+        virial_error: Relative error of omega^2 m^ = k^ + virial, see `nonlinear.mode.Energies`.
         energy_variation: Largest less smallest total energy at the samples, over its mean; the
             energy of a motion in time is constant.
         contact_fraction: Share of the period with contact somewhere.
@@ -236,8 +238,12 @@ class PointMaker:
         model, series, force = self.equations.model, self.equations.series, solution.forces.force
         q = series.synthesis @ solution.q
         velocity = solution.omega * series.rate_at(series.phase) @ solution.q
-        modal = np.sum((model.omega * q) ** 2 + velocity**2, axis=1)
-        twice = modal + np.einsum("sc,cd,sd->s", force, model.R, force)
+        rest = self.equations.rest
+        change = force - rest.force
+        open_by = model.gap - series.synthesis @ solution.free + force @ model.R
+        modal = np.sum((model.omega * (q - rest.q)) ** 2 + velocity**2, axis=1)
+        twice = modal + np.einsum("sc,cd,sd->s", change, model.R, change)
+        twice += 2 * np.where(force == 0, open_by, 0.0) @ rest.force
         return float(np.ptp(twice) / (series.weight @ twice))
 
     def _complementarity(self, solution: Solution) -> float:
@@ -246,4 +252,4 @@ class PointMaker:
             return 0.0
         displacement = self.equations.series.synthesis @ solution.free - force @ model.R
         product = np.abs(force * (displacement - model.gap)).max()
-        return float(product / (force.max() * model.gap.min()))
+        return float(product / force.max())

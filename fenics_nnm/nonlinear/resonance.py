@@ -9,6 +9,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.rest import RestState
 
 #: omega_j and n omega meet within this part, or within a part of the most by which contact can
 #: raise the frequency of the followed mode: n omega passes many omega_j far from resonance where
@@ -72,7 +73,7 @@ def strongest_resonance(
     """The internal resonance that draws most energy.
 
     In it n omega stays near omega_j while energy flows into mode j, so the frequency lags behind
-    that of the main branch.
+    that of the main branch. Modes and frequencies are those about the state of rest.
 
     Args:
         model: Reduced model, with frequencies in the unit of omega.
@@ -82,29 +83,32 @@ def strongest_resonance(
         mode: Index of the followed mode.
         harmonic: Its harmonic, in which its energy does not count.
     """
-    order = series.order
-    kinetic = _kinetic(series, q)
+    order, rest = series.order, model.at_rest()
+    kinetic = _kinetic(series, q @ rest.shapes)
     total = float(kinetic.sum())
     kinetic[np.ix_(order == harmonic, [mode])] = 0.0
-    detuned = np.abs(model.omega / (np.maximum(order, 1)[:, None] * omega) - 1)
-    near = detuned < _detuning(model, mode)
+    detuned = np.abs(rest.omega / (np.maximum(order, 1)[:, None] * omega) - 1)
+    near = detuned < _detuning(model, rest, mode)
     kinetic[~near] = 0.0
     row, column = np.unravel_index(int(np.argmax(kinetic)), kinetic.shape)
     return Resonance(int(column), int(order[row]), float(kinetic[row, column] / total))
 
 
-def _detuning(model: ReducedModel, mode: int) -> float:
+def _detuning(model: ReducedModel, rest: RestState, mode: int) -> float:
     """Largest distance of omega_j from n omega in a resonance, relative.
 
-    The followed mode alone, with all contact points closed for half of its motion, is a bilinear
-    oscillator without a gap: its frequency does not depend on energy, and no motion goes beyond.
+    The followed mode alone, with all contact points closed, or open, for half of its motion, is a
+    bilinear oscillator without a gap: its frequency does not depend on energy, and no motion goes
+    beyond.
     """
-    alone = model.with_modes(np.array([mode]))
+    alone, _ = model.spanned_by(rest, np.array([mode]))
     if not alone.massless:
         return _DETUNING
     stiffness = float(alone.Phi[:, 0] @ np.linalg.solve(alone.R, alone.Phi[:, 0]))
-    highest = 2 / (1 + (1 + stiffness / float(alone.omega[0]) ** 2) ** -0.5)
-    return min(_DETUNING, _OF_RANGE * (highest - 1))
+    at_rest, opened = float(rest.omega[mode]), float(alone.omega[0])
+    closed = np.sqrt(opened**2 + stiffness)
+    widest = max(abs(2 / (1 + at_rest / other) - 1) for other in (opened, closed))
+    return min(_DETUNING, _OF_RANGE * widest)
 
 
 def stands_still(
@@ -114,7 +118,7 @@ def stands_still(
 
     Args:
         series: Series in time.
-        q: Coefficients of the motion, shape (N + 1, J).
+        q: Coefficients of the motion in modes about the state of rest, shape (N + 1, J).
         slope_ratio: d omega / d gamma over that of the followed mode alone; nan if unknown.
         mode: Index of the followed mode.
         harmonic: Its harmonic.
@@ -142,7 +146,7 @@ class Meeting:
         ratio: omega_j / (n omega) with the frequency omega of the followed linear mode; the branch
             meets the mode where its frequency ratio comes to this.
         gamma_ratio: Energy of that frequency on the branch of the followed mode alone; nan where
-            it lies below grazing.
+            the branch does not go there.
     """
 
     mode: int
@@ -161,16 +165,41 @@ def meetings(
         mode: Index of the followed mode.
         harmonics: Number of harmonics N.
         gamma_ratio: Energies of the branch of the followed mode alone, ascending.
-        frequency_ratio: Its frequencies, ascending from 1.
+        frequency_ratio: Its frequencies.
     """
     found = []
-    low, high = 1 - _BELOW, float(frequency_ratio[-1]) * (1 + _DETUNING)
+    low = min(1 - _BELOW, float(frequency_ratio.min()) * (1 - _DETUNING))
+    high = float(frequency_ratio.max()) * (1 + _DETUNING)
     for harmonic in range(1, harmonics + 1):
         ratios = natural / (harmonic * natural[mode])
         for index in np.flatnonzero((low < ratios) & (ratios < high)):
             if index == mode and harmonic == 1:
                 continue
             ratio = float(ratios[index])
-            at = np.interp(ratio, frequency_ratio, gamma_ratio) if ratio >= 1 else np.nan
-            found.append(Meeting(int(index), harmonic, ratio, float(at)))
+            at = passing(ratio, gamma_ratio, frequency_ratio)
+            found.append(Meeting(int(index), harmonic, ratio, at))
     return tuple(sorted(found, key=lambda meeting: meeting.ratio))
+
+
+def passing(ratio: float, gamma_ratio: Array, frequency_ratio: Array) -> float:
+    """Energy where a branch first has a frequency; its last one where it ends before, on this side.
+
+    Args:
+        ratio: Frequency ratio.
+        gamma_ratio: Energies, ascending.
+        frequency_ratio: Frequencies.
+
+    Returns:
+        A gamma ratio; nan for a frequency on the side that the branch does not go to.
+    """
+    missing = frequency_ratio - ratio
+    if missing[0] == 0:
+        return float(gamma_ratio[0])
+    passed = np.flatnonzero(missing[1:] * missing[0] <= 0)
+    if passed.size:
+        i = int(passed[0])
+        part = missing[i] / (missing[i] - missing[i + 1])
+        return float(gamma_ratio[i] + part * (gamma_ratio[i + 1] - gamma_ratio[i]))
+    falls = frequency_ratio[-1] < frequency_ratio[0]
+    ahead = missing[-1] > 0 if falls else missing[-1] < 0
+    return float(gamma_ratio[-1]) if ahead else float("nan")

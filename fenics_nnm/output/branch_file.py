@@ -4,13 +4,22 @@ Layout (SI units):
 
     /                    attributes: format, study (TOML), versions (JSON), reason
     /model               omega, Phi, R, gap of the reduced model
-    /contact             points, directions, areas; of a mesh only
+    /contact             points, directions, areas, patches (their numbers, from 0), patch_names;
+                         facets (their nodes in VTK order), facet_patch and facet_side (0 for its
+                         own, 1 for those opposite); pressures, three rows: node, contact point,
+                         pressure in Pa there per N of its force; of a mesh only
     /series              attributes: mode (from 1), harmonics, samples, modes (of the reduction),
                          series
-    /mesh                points, cells (VTK order), cell_type (VTK); of a mesh only
+    /mesh                points, cells (VTK order), cell_type (VTK), region of each cell; of a
+                         mesh only; cells as in the input mesh, nodes as these cells name them
+    /material            elasticity (rows, 6, strains), stress in Pa in the order XX YY ZZ XY YZ XZ
+                         of the strains xx; xx, yy, 2 xy; or xx, yy, zz, 2 xy, 2 yz, 2 xz; row of
+                         each cell at each point where its stress is taken; of a mesh only
     /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim) of a mesh;
                          shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
                          matrices: u = shapes^T q - residual_shapes^T lambda
+    /inertia/000000 ...  harmonics in m, (N + 1, nodes, dim), of the displacement that full order
+                         adds to the point at the attribute position, if it has ParaView files
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
                          attributes: scalars of the point; by position
 
@@ -24,7 +33,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,7 +52,7 @@ from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.resolution.resolution import Resolution
 
-FORMAT = "fenics_nnm branch 4"
+FORMAT = "fenics_nnm branch 5"
 
 #: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
 _OVERHEAD, _ONCE = 8192, 32768
@@ -124,6 +133,21 @@ def finish(path: Path, branch: Branch) -> None:
     _fill(path, branch.points, reason=branch.reason)
 
 
+def add_inertia(path: Path, inertia: Mapping[float, Array]) -> None:
+    """Add what full order adds to the displacement of points, by their position.
+
+    Raises:
+        OutputError: if it cannot be written; the file is as it was then.
+    """
+    size = sum(values.nbytes + _OVERHEAD for values in inertia.values())
+    with _writing(path), replacing(path) as part:
+        shutil.copyfile(path, part)
+        with _opened(part, size + _ONCE) as file:
+            for number, (position, values) in enumerate(inertia.items()):
+                file[f"inertia/{number:06d}"] = values
+                file[f"inertia/{number:06d}"].attrs["position"] = position
+
+
 def gather(path: Path) -> None:
     """Put what a run that was stopped left in its journal in the file.
 
@@ -190,6 +214,8 @@ def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
         file.attrs["versions"] = json.dumps(header.versions)
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
+        if header.model.reference is not None:
+            file["model"].attrs["reference"] = header.model.reference
         series = file.create_group("series")
         for name in ("mode", "harmonics", "samples", "modes", "series"):
             series.attrs[name] = getattr(header, name)
@@ -211,7 +237,7 @@ def _opened(path: Path, size: int) -> h5py.File:
 
 
 def _header(file: h5py.File) -> BranchHeader:
-    series = file["series"].attrs
+    series, model = file["series"].attrs, file["model"]
     return BranchHeader(
         study=file.attrs["study"],
         versions=json.loads(file.attrs["versions"]),
@@ -221,7 +247,11 @@ def _header(file: h5py.File) -> BranchHeader:
         modes=int(series["modes"]),
         series=str(series["series"]),
         model=ReducedModel(
-            **{name: np.array(file[f"model/{name}"]) for name in ("omega", "Phi", "R", "gap")}
+            omega=np.array(model["omega"]),
+            Phi=np.array(model["Phi"]),
+            R=np.array(model["R"]),
+            gap=np.array(model["gap"]),
+            reference=float(model.attrs["reference"]) if "reference" in model.attrs else None,
         ),
     )
 

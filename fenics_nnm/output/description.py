@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fenics_nnm.analysis import harmonic_balance, wanted_motions
+from fenics_nnm.analysis import Analysis, harmonic_balance, linear_frequencies, wanted_motions
 from fenics_nnm.continuation.outlook import outlook
-from fenics_nnm.output.report import Analysis, report_of
+from fenics_nnm.output.report import report_of
+from fenics_nnm.reduction.rest import RestState
 from fenics_nnm.study import Study
 
 #: Most internal resonances that are listed; the others have higher harmonics.
@@ -17,25 +18,48 @@ def describe(study: Study, analysis: Analysis) -> str:
     """Structure, contact and linear modes of a study as text; the same on all ranks."""
     report, model = report_of(analysis), analysis.model
     mode = study.mode.number - 1
-    amplitude = model.grazing_amplitude(mode)
-    energy = (model.omega[mode] * amplitude) ** 2 / 2
-    first = int(np.argmin(model.gap / np.maximum(np.abs(model.Phi[:, mode]), 1e-300)))
+    rest, amplitude = model.at_rest(), model.grazing_amplitude(mode)
+    energy = (rest.omega[mode] * amplitude) ** 2 / 2
+    event, when = _first_event(rest, mode)
+    largest = report.largest(amplitude * rest.shapes[:, mode], amplitude * rest.pull[:, mode])
     lines = [
         study.title or "(no title)",
         *report.heading(),
-        f"grazing          at {energy:.6g} J for mode {study.mode.number}, first at "
-        f"{report.place(first)}",
-        f"largest motion   {report.largest(mode, amplitude)} when it grazes",
+        *_at_rest(rest),
+        f"{event:16s} at {energy:.6g} J for mode {study.mode.number}, first at "
+        f"{report.place(rest.first(mode))}",
+        f"largest motion   {largest} {when}",
+        *report.groups(),
         "",
         " mode   frequency (Hz)   motion at contact (kg^-1/2)",
     ]
-    for number, hertz in enumerate(analysis.modes.frequencies):
-        reach = np.abs(model.Phi[:, number]).max()
+    for number, hertz in enumerate(linear_frequencies(analysis)):
+        reach = np.abs(rest.motion[:, number]).max()
         lines.append(f"{number + 1:5d}   {hertz:14.6g}   {reach:10.4g}")
     below = analysis.modes.checked_below
     if below:
         lines += ["", f"no mode missed below {below / 2 / np.pi:.6g} Hz"]
     return "\n".join(lines + _resonances(study, analysis))
+
+
+def _at_rest(rest: RestState) -> list[str]:
+    """What is closed at rest, where not all gaps are open."""
+    if not rest.pressed:
+        return []
+    closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
+    return [
+        f"at rest          {closed} points closed, with {rest.force.sum():.4g} N in all; "
+        f"{touching} touch without force, {len(rest.force) - closed - touching} are open"
+    ]
+
+
+def _first_event(rest: RestState, mode: int) -> tuple[str, str]:
+    """Name of what ends the linear motion, and when it does."""
+    if not rest.is_linear(mode):
+        return "gamma ratio 1", "with the reference displacement, the points that touch taken open"
+    if rest.closed[rest.first(mode)]:
+        return "lift-off", "when it lifts off"
+    return "grazing", "when it grazes"
 
 
 def _resonances(study: Study, analysis: Analysis) -> list[str]:
@@ -46,7 +70,7 @@ def _resonances(study: Study, analysis: Analysis) -> list[str]:
         harmonic_balance(study),
         mode=study.mode.number - 1,
     )
-    hertz = analysis.modes.frequencies[study.mode.number - 1]
+    hertz = linear_frequencies(analysis)[study.mode.number - 1]
     if not ahead.meetings:
         return ["", "no harmonic meets a mode on the way: no internal resonance expected"]
     by_harmonic = sorted(ahead.meetings, key=lambda meeting: meeting.harmonic)[:_MOST_LISTED]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ class MatrixReport:
 
     analysis: MatrixAnalysis
 
-    def sizes(self) -> dict[str, float]:
+    def sizes(self) -> dict[str, Any]:
         """Numbers of unknowns and contact rows."""
         matrices = self.analysis.matrices
         return {"dofs": matrices.size, "contact_points": matrices.points}
@@ -40,14 +41,18 @@ class MatrixReport:
             f"contact          {matrices.points} rows, gap {gaps}",
         ]
 
+    def groups(self) -> list[str]:
+        """Nothing: matrices have no groups."""
+        return []
+
     def place(self, point: int) -> str:
         """Number of a contact row."""
         return f"contact row {point + 1}"
 
-    def largest(self, mode: int, amplitude: float) -> str:
-        """Largest unknown of a mode at an amplitude in kg^1/2 m."""
-        shape = np.abs(self.analysis.reduction.shapes[:, mode]).max()
-        return f"{shape * amplitude:.4g} m (rad, if it is a rotation)"
+    def largest(self, q: Array, force: Array) -> str:
+        """Largest unknown of coordinates in kg^1/2 m and contact forces in N."""
+        largest = np.abs(self.analysis.reduction.displacement(q, force)).max()
+        return f"{largest:.4g} m (rad, if it is a rotation)"
 
     def arrays(self) -> dict[str, Array]:
         """Shapes and residual shapes in the order of the unknowns."""
@@ -57,5 +62,5 @@ class MatrixReport:
             "basis/residual_shapes": reduction.residual_shapes.T,
         }
 
-    def write_fields(self, folder: Path, study: Study, branch: Branch, stages: Stages) -> None:
+    def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
         """Nothing: without a mesh there is nothing to see in ParaView."""

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import harmonic_balance, model_in_contact
+from fenics_nnm.analysis import harmonic_balance
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.follow import Branch
-from fenics_nnm.fem.fields import gathered_basis, write_linear_modes, write_motion
+from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fem.patch_summary import patch_summaries
+from fenics_nnm.fields.files import write_motions
+from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output import branch_file
+from fenics_nnm.output.group_table import group_table
+from fenics_nnm.output.material_report import attachment_lines, material_lines
+from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
 
@@ -32,35 +38,45 @@ class MeshReport:
 
     analysis: LinearAnalysis
 
-    def sizes(self) -> dict[str, float]:
-        """Numbers of degrees of freedom and contact points, and their area."""
+    def sizes(self) -> dict[str, Any]:
+        """Numbers of degrees of freedom and contact points, their area, and each patch."""
         interface = self.analysis.interface
         return {
             "dofs": self.analysis.solid.dofs,
             "contact_points": interface.count,
             "contact_area_m2": float(interface.areas.sum()),
+            "contact_patches": [dict(asdict(patch)) for patch in patch_summaries(interface)],
         }
 
     def heading(self) -> list[str]:
-        """Mesh, groups and contact in words."""
+        """Mesh and contact in words."""
         solid, interface = self.analysis.solid, self.analysis.interface
         return [
             f"mesh             {self._cells()} cells, {solid.dofs} degrees of freedom",
             f"bounding box     {self._box()} m",
-            f"facet groups     {', '.join(sorted(solid.tagged.facets))}",
+            *material_lines(solid),
+            *attachment_lines(solid, interface),
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
             f"gap {interface.gap.min():.4g} m",
+            *(f"  {patch}" for patch in patch_summaries(interface)),
         ]
 
-    def place(self, point: int) -> str:
-        """Coordinates of a contact point."""
-        return "(" + ", ".join(f"{x:.5g}" for x in self.analysis.interface.points[point]) + ") m"
+    def groups(self) -> list[str]:
+        """Table of the named groups."""
+        return group_table(self.analysis.solid.tagged)
 
-    def largest(self, mode: int, amplitude: float) -> str:
-        """Largest displacement component of a mode at an amplitude in kg^1/2 m."""
-        shape = np.abs(self.analysis.reduction.shapes[:, mode]).max(initial=0.0)
-        shape = self.analysis.solid.tagged.mesh.comm.allreduce(shape, op=MPI.MAX)
-        return f"{shape * amplitude:.4g} m"
+    def place(self, point: int) -> str:
+        """Coordinates of a contact point, with its patch if there are several."""
+        interface = self.analysis.interface
+        place = "(" + ", ".join(f"{x:.5g}" for x in interface.points[point]) + ") m"
+        several = len(interface.names) > 1
+        return f"{place} of {interface.names[interface.patch[point]]}" if several else place
+
+    def largest(self, q: Array, force: Array) -> str:
+        """Largest displacement component of coordinates in kg^1/2 m and contact forces in N."""
+        largest = np.abs(self.analysis.reduction.displacement(q, force)).max(initial=0.0)
+        largest = self.analysis.solid.tagged.mesh.comm.allreduce(largest, op=MPI.MAX)
+        return f"{largest:.4g} m"
 
     def arrays(self) -> dict[str, Array]:
         """Contact points everywhere; mesh and shapes on rank 0."""
@@ -69,33 +85,43 @@ class MeshReport:
             "contact/points": interface.points,
             "contact/directions": interface.directions,
             "contact/areas": interface.areas,
+            "contact/patches": interface.patch,
+            "contact/patch_names": np.array([name.encode() for name in interface.names]),
         }
         return {**contact, **gathered_basis(self.analysis)}
 
-    def write_fields(self, folder: Path, study: Study, branch: Branch, stages: Stages) -> None:
+    def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
         """Write ParaView files of the linear modes and of the motions asked for."""
-        on_root(self.analysis.solid.tagged.mesh.comm, folder.mkdir)
-        write_linear_modes(folder / "linear_modes.pvd", self.analysis)
-        wanted = study.continuation.report_at
-        points = [point for point in branch.points if point.gamma_ratio in wanted]
-        for index, (point, name) in enumerate(zip(points, _names(points), strict=True)):
-            write_motion(
-                folder / f"{name}.pvd",
-                self.analysis,
-                point,
-                model=model_in_contact(study, self.analysis),
-                series=harmonic_balance(study).series,
-                frames=study.output.frames,
-                added=self._inertial_displacement(study, point) if study.full_order else None,
+        comm, folder = self.analysis.solid.tagged.mesh.comm, file.with_name("fields")
+        on_root(comm, folder.mkdir)
+        write_linear_modes(folder / "linear_modes.vtu", self.analysis)
+        wanted = [p for p in branch.points if p.gamma_ratio in study.continuation.report_at]
+        if study.full_order:
+            inertia = {p.position: self._inertial_displacement(study, p) for p in wanted}
+            on_root(comm, lambda: branch_file.add_inertia(file, inertia))
+
+        def write() -> None:
+            stored = read_stored_branch(file)
+            points = [p for p in stored.points if p.gamma_ratio in study.continuation.report_at]
+            chosen = study.output
+            write_motions(
+                folder,
+                stored,
+                points,
+                fields=chosen.fields,
+                frames=chosen.frames,
+                on_progress=stages.report,
             )
-            stages.report((index + 1) / len(points))
+
+        on_root(comm, write)
 
     def _inertial_displacement(self, study: Study, point: BranchPoint) -> Array:
-        """Harmonics of what inertia adds to the static residual shapes, in m."""
+        """Harmonics of what inertia adds to the static residual shapes in m, on rank 0."""
         series = harmonic_balance(study).series
         with HarmonicSolver(self.analysis, harmonics=series.harmonics) as solver:
             omega, ell = 2 * np.pi * point.frequency, series.analysis @ point.force
-            return -solver.inertial_displacement(omega, series.order, ell)
+            added = -solver.inertial_displacement(omega, series.order, ell)
+        return gathering(self.analysis.solid).nodal(added.T)
 
     def _cells(self) -> int:
         mesh = self.analysis.solid.tagged.mesh
@@ -108,14 +134,3 @@ class MeshReport:
         points = np.concatenate(pieces)
         ranges = zip(points.min(axis=0), points.max(axis=0), strict=True)
         return " x ".join(f"[{low:.6g}, {high:.6g}]" for low, high in ranges)
-
-
-def _names(points: Sequence[BranchPoint]) -> list[str]:
-    """Names of motions by their energy; later passings of an energy get a number."""
-    passed: Counter[float] = Counter()
-    names = []
-    for point in points:
-        passed[point.gamma_ratio] += 1
-        again = passed[point.gamma_ratio]
-        names.append(f"motion_{point.gamma_ratio:g}" + (f"_passing{again}" if again > 1 else ""))
-    return names

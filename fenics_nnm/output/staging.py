@@ -25,7 +25,15 @@ from fenics_nnm.output.tables import write_backbone
 logger = logging.getLogger(__name__)
 
 #: Files and folders of a results folder; a new run replaces these and nothing else.
-RESULTS = ("branch.h5", "backbone.csv", "summary.json", "backbone.png", "fields", "pictures")
+RESULTS = (
+    "branch.h5",
+    "backbone.csv",
+    "summary.json",
+    "backbone.png",
+    "fields",
+    "pictures",
+    "report.html",
+)
 
 _PREFIX, _OLDER, _REPLACED = ".running-", "older", "replaced"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,8 +38,19 @@ class StoredBranch:
         cell_type: VTK's number of the cell type.
         shapes: Displacement per modal coordinate in kg^-1/2, shape (J, n, dim).
         residual_shapes: Displacement per contact force in m/N, shape (n_c, n, dim).
+        region: Number of the material of each cell, shape (cells,).
+        elasticity: Stress in Pa per strain, shape (rows, 6, strains), as in `branch_file`.
+        elasticity_row: Row of it at each sampling point of each cell, shape (cells, s).
         contact_points: Places of the contact points in m, shape (n_c, 3).
         contact_directions: Unit vectors towards the obstacle, shape (n_c, dim).
+        contact_facets: Nodes of each contact facet in VTK's order, shape (facets, nodes a facet).
+        facet_patch: Patch of each facet, shape (facets,).
+        facet_side: 0 for facets of the patch, 1 for those opposite to it, shape (facets,).
+        contact_patches: Patch of each contact point, shape (n_c,).
+        contact_pressures: Node, contact point, and pressure in Pa there per N of the point's force:
+            three rows.
+        inertia: Harmonics of the displacement in m, shape (N + 1, n, dim), that full order adds at
+            points, by their position.
     """
 
     header: BranchHeader
@@ -49,8 +60,17 @@ class StoredBranch:
     cell_type: int
     shapes: Array
     residual_shapes: Array
+    region: Indices
+    elasticity: Array
+    elasticity_row: Indices
     contact_points: Array
     contact_directions: Array
+    contact_facets: Indices
+    facet_patch: Indices
+    facet_side: Indices
+    contact_patches: Indices
+    contact_pressures: Array
+    inertia: Mapping[float, Array]
 
     @property
     def series(self) -> Series:
@@ -104,13 +124,26 @@ class StoredBranch:
             Shape (len(phase), number of nodes, dim).
         """
         forces = contact_forces(self.header.model, self.series, point, phase)
-        return self._field(self.coordinates(point, phase), forces, nodes)
+        field = self._field(self.coordinates(point, phase), forces, nodes)
+        return self._with_inertia(field, self.series.basis_at(phase), point, nodes)
 
     def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
         """Velocity in m/s, the time derivative of `displacement`, of the same shape."""
         rates = self.series.rate_at(phase) @ point.q
         force_rates = contact_force_rates(self.header.model, self.series, point, phase)
-        return 2 * np.pi * point.frequency * self._field(rates, force_rates, nodes)
+        by_phase = self._field(rates, force_rates, nodes)
+        by_phase = self._with_inertia(by_phase, self.series.rate_at(phase), point, nodes)
+        return 2 * np.pi * point.frequency * by_phase
+
+    def gap(self, point: BranchPoint, phase: Array) -> Array:
+        """Distance in m of the contact points to their obstacle, shape (len(phase), n_c)."""
+        model = self.header.model
+        forces = contact_forces(model, self.series, point, phase)
+        return model.gap - self.series.basis_at(phase) @ point.free + forces @ model.R
+
+    def forces(self, point: BranchPoint, phase: Array) -> Array:
+        """Contact forces in N, shape (len(phase), n_c)."""
+        return contact_forces(self.header.model, self.series, point, phase)
 
     def largest_displacement(self, point: BranchPoint, instants: int = 48) -> Array:
         """Largest distance of each node from rest over the period in m, shape (n,)."""
@@ -123,10 +156,24 @@ class StoredBranch:
         """Displacement in m of given modal coordinates (J,) without contact, shape (n, dim)."""
         return np.tensordot(coordinates, self.shapes, 1)
 
+    def field(self, coordinates: Array, forces: Array) -> Array:
+        """Displacement in m of modal coordinates (J,) and contact forces (n_c,), shape (n, dim)."""
+        return self._field(coordinates, forces, None)
+
     def _field(self, coordinates: Array, forces: Array, nodes: Indices | None) -> Array:
         chosen = slice(None) if nodes is None else nodes
         modal = np.tensordot(coordinates, self.shapes[:, chosen], 1)
         return modal - np.tensordot(forces, self.residual_shapes[:, chosen], 1)
+
+    def _with_inertia(
+        self, field: Array, basis: Array, point: BranchPoint, nodes: Indices | None
+    ) -> Array:
+        """A field with what full order adds to it, where that is stored."""
+        inertia = self.inertia.get(point.position)
+        if inertia is None:
+            return field
+        chosen = inertia if nodes is None else inertia[:, nodes]
+        return field + np.tensordot(basis, chosen, 1)
 
 
 def read_stored_branch(path: Path) -> StoredBranch:
@@ -147,8 +194,20 @@ def read_stored_branch(path: Path) -> StoredBranch:
             cell_type=int(file["mesh/cell_type"][()]),
             shapes=file["basis/shapes"][:],
             residual_shapes=file["basis/residual_shapes"][:],
+            region=file["mesh/region"][:],
+            elasticity=file["material/elasticity"][:],
+            elasticity_row=file["material/row"][:],
             contact_points=_in_space(file["contact/points"][:]),
             contact_directions=file["contact/directions"][:],
+            contact_facets=file["contact/facets"][:],
+            facet_patch=file["contact/facet_patch"][:],
+            facet_side=file["contact/facet_side"][:],
+            contact_patches=file["contact/patches"][:],
+            contact_pressures=file["contact/pressures"][:],
+            inertia={
+                float(values.attrs["position"]): values[:]
+                for values in file.get("inertia", {}).values()
+            },
         )
 
 

@@ -34,7 +34,7 @@ class Matrices:
     Raises:
         ModelError: if shapes disagree, values are not finite real numbers, K or M is not
             symmetric or has a diagonal that cannot be, two contact rows are multiples of each
-            other, or a gap is not positive.
+            other, or a gap is not finite.
     """
 
     K: Any
@@ -159,7 +159,7 @@ def _gaps(gap: Any, points: int) -> Array:
             f"contact.gap has {gaps.size} values: must be one number, or one for each of the "
             f"{points} contact rows"
         )
-    if not np.all(gaps > 0) or not np.all(np.isfinite(gaps)):
-        raise ModelError(f"contact.gap = {gaps.min():g}: must be positive, in m")
+    if not np.all(np.isfinite(gaps)):
+        raise ModelError(f"contact.gap = {gaps[~np.isfinite(gaps)][0]:g}: must be a length in m")
     gaps.setflags(write=False)
     return gaps

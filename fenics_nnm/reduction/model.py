@@ -8,6 +8,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
+from fenics_nnm.reduction.rest import RestState, rest_state
 
 #: R may be indefinite by this much, relative to its largest entry, from round-off in the modes.
 _INDEFINITE_TOLERANCE = 1e-9
@@ -33,17 +34,19 @@ class ReducedModel:
         Phi: Displacement of each contact point in its contact direction per modal
             coordinate, mass-normalised (kg^-1/2), shape (n_c, J).
         R: Residual flexibility of the contact points in m/N, shape (n_c, n_c), symmetric.
-        gap: Initial gaps in m, shape (n_c,).
+        gap: Initial gaps in m, shape (n_c,), of any sign; negative is an interference.
+        reference: Displacement in m at gamma ratio 1 of points that touch without force at rest.
 
     Raises:
         ModelError: if shapes disagree, values are not finite, frequencies are not positive and
-            ascending, a gap is not positive, or R is not symmetric positive semidefinite.
+            ascending, or R is not symmetric positive semidefinite.
     """
 
     omega: Array
     Phi: Array
     R: Array
     gap: Array
+    reference: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("omega", "Phi", "R", "gap"):
@@ -71,8 +74,6 @@ class ReducedModel:
                 raise ModelError(f"reduced model: {name} has entries that are not finite")
         if self.omega[0] <= 0 or np.any(np.diff(self.omega) < 0):
             raise ModelError("reduced model: omega must be positive and ascending, in rad/s")
-        if self.gap.min() <= 0:
-            raise ModelError(f"reduced model: gap = {self.gap.min():g} m: must be positive")
         scale = max(float(np.abs(self.R).max()), np.finfo(float).tiny)
         if np.abs(self.R - self.R.T).max() > 1e-8 * scale:
             raise ModelError("reduced model: R is not symmetric")
@@ -120,48 +121,74 @@ class ReducedModel:
             R=self.R + flexible @ flexible.T,
         )
 
+    def spanned_by(
+        self, rest: RestState, chosen: Indices | list[int]
+    ) -> tuple[ReducedModel, Array]:
+        """Keep the inertia of some modes about the state of rest; all else follows statically.
+
+        Static flexibility and gaps stay as they are, so the state of rest does, too; about it the
+        part has the chosen frequencies.
+
+        Args:
+            rest: State of rest.
+            chosen: Indices of its modes to keep, ascending.
+
+        Returns:
+            The part, and its modes as orthonormal columns, shape (J, k).
+        """
+        if not rest.closed.any():
+            return self.with_modes(chosen), np.eye(self.modes)[:, chosen]
+        if len(chosen) == self.modes:
+            return self, np.eye(self.modes)
+        V, W = rest.shapes[:, chosen], np.delete(rest.shapes, chosen, axis=1)
+        K = self.omega[:, None] ** 2
+        dropped = W.T @ (K * W)
+        coupling = W.T @ (K * V)
+        follows = np.linalg.solve(dropped, coupling)
+        squares, U = np.linalg.eigh(V.T @ (K * V) - coupling.T @ follows)
+        free = self.Phi @ W
+        R = self.R + free @ np.linalg.solve(dropped, free.T)
+        Phi = (self.Phi @ V - free @ follows) @ U
+        part = replace(self, omega=np.sqrt(squares), Phi=Phi, R=(R + R.T) / 2)
+        return part, V @ U
+
     def grazing_amplitude(self, mode: int = 0) -> float:
-        """Amplitude of modal coordinate `mode` (kg^1/2 m) at which the linear motion just touches.
+        """Amplitude of linear mode `mode` about the state of rest (kg^1/2 m) at gamma ratio 1.
+
+        There the first point closes or lifts off, see `RestState.amplitude`.
 
         Args:
             mode: Index of the linear mode, from 0.
 
         Raises:
-            ModelError: if the mode does not move any contact point in its contact direction.
+            ModelError: if the mode does not move any contact point in its contact direction, or
+                points touch at rest and there is no reference.
         """
-        motion = np.abs(self.Phi[:, mode])
-        if motion.max() <= 1e-10 * np.abs(self.Phi).max():
-            raise ModelError(
-                f"mode {mode + 1} does not move any contact point in the contact direction: "
-                "it never touches the obstacle; choose another mode.number or contact.direction"
-            )
-        with np.errstate(divide="ignore", over="ignore"):
-            return float(np.min(self.gap / motion))
+        return self.at_rest().amplitude(mode)
+
+    def at_rest(self) -> RestState:
+        """State of rest, and linear modes about it.
+
+        Raises:
+            ModelError: if a gap is not positive and contact points carry mass.
+        """
+        return rest_state(self)
 
     def dimensionless(self, mode: int = 0) -> tuple[ReducedModel, Scales]:
-        """The model in units in which mode `mode` has omega = 1 and touches at amplitude 1."""
-        scales = Scales(
-            omega=float(self.omega[mode]),
-            amplitude=self.grazing_amplitude(mode),
-            length=float(self.gap.min()),
-        )
+        """The model in units in which mode `mode` at rest has omega = 1, and gamma ratio 1 at 1."""
+        rest = self.at_rest()
+        amplitude, length = rest.amplitude(mode), float(self.gap.min())
+        if length <= 0:
+            length = amplitude * float(np.abs(rest.motion[:, mode]).max())
+        scales = Scales(omega=float(rest.omega[mode]), amplitude=amplitude, length=length)
         model = ReducedModel(
             omega=self.omega / scales.omega,
             Phi=self.Phi * scales.amplitude / scales.length,
             R=self.R * scales.force / scales.length,
             gap=self.gap / scales.length,
+            reference=None if self.reference is None else self.reference / scales.length,
         )
         return model, scales
-
-
-def towards_obstacle(Phi: Array) -> Array:
-    """Signs that make the contact point that moves most move towards its obstacle, shape (J,).
-
-    Args:
-        Phi: Displacement of the contact points per modal coordinate, shape (n_c, J).
-    """
-    largest = Phi[np.argmax(np.abs(Phi), axis=0), np.arange(Phi.shape[1])]
-    return np.where(largest < 0, -1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.continuation.outlook import outlook
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.nonlinear.resonance import passing
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.study import Study
@@ -37,8 +38,12 @@ def probes(study: Study, model: ReducedModel, *, count: int = _ENERGIES) -> tupl
     start, stop = wanted.start, wanted.stop
     if isinstance(wanted, FrequencyContinuation):
         ahead = outlook(model, wanted, harmonic_balance(study), mode=study.mode.number - 1)
-        start, stop = np.interp([start, stop], ahead.frequency_ratio, ahead.gamma_ratio)
-    first = max(float(start), _NEAREST)
+        ends = (passing(f, ahead.gamma_ratio, ahead.frequency_ratio) for f in (start, stop))
+        start, stop = sorted(ends)
+        if np.isnan(start) or np.isnan(stop):
+            return ()
+    linear = model.at_rest().is_linear(study.mode.number - 1)
+    first = max(float(start), _NEAREST) if linear else float(start)
     if stop <= first:
         return ()
     part = (np.arange(count) / (count - 1)) ** 3

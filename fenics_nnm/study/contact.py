@@ -6,12 +6,21 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from fenics_nnm.study.casing import CasingSection
 from fenics_nnm.study.messages import shown
-from fenics_nnm.study.record import Count, FromList, Names, Positive, Record, Vector
+from fenics_nnm.study.record import (
+    Count,
+    Finite,
+    FromList,
+    Name,
+    Names,
+    Positive,
+    Record,
+    Vector,
+    axis_vector,
+)
 
-Gaps = Annotated[tuple[Positive, ...], Field(min_length=1), FromList]
-
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+Gaps = Annotated[tuple[Finite, ...], Field(min_length=1), FromList]
 
 
 class LawSection(Record):
@@ -20,20 +29,26 @@ class LawSection(Record):
     law: Literal["complementarity", "augmented-lagrangian"] | None = Field(
         None, description="by default the one that fits reduction.method"
     )
+    reference_displacement: Positive | None = Field(
+        None,
+        description="displacement in m, at gamma ratio 1, of points that touch without force at "
+        "rest (gap 0); positive",
+    )
 
 
 class MatrixContactSection(LawSection):
     """Gaps of the contact rows of [matrices]."""
 
-    gap: Positive | Gaps = Field(
-        description="initial gap in m, positive: one number, or a list with one a contact row"
+    gap: Finite | Gaps = Field(
+        description="initial gap in m, negative for an interference: one number, or a list "
+        "with one a contact row"
     )
 
     @model_validator(mode="before")
     @classmethod
     def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("facets", "direction", "axis", "origin", "points"):
-            if isinstance(values, dict) and key in values:
+        for key in (*PatchSection.model_fields, "patch"):
+            if key != "gap" and isinstance(values, dict) and key in values:
                 raise ValueError(
                     f"{key}: belongs to [mesh]: with [matrices] each contact row is a contact "
                     "point, with its direction"
@@ -41,19 +56,27 @@ class MatrixContactSection(LawSection):
         return values
 
 
-class ContactSection(LawSection):
-    """Facets that can meet a rigid obstacle."""
+class PatchSection(Record):
+    """Facets that can meet a rigid obstacle, or other facets of the body."""
 
+    name: Name | None = Field(None, description="name of the patch, for the results")
     facets: Names = Field(description="name of a group of facets, or a list of names")
-    direction: Literal["normal", "radial"] | Vector = Field(
+    against: Names | None = Field(
+        None, description="facets of the same mesh that they can meet: a name, or a list of names"
+    )
+    direction: Literal["normal", "radial", "casing"] | Vector = Field(
         "normal",
-        description='towards the obstacle: "normal", "radial", or a vector of finite numbers',
+        description='towards the obstacle: "normal", "radial", "casing", '
+        "or a vector of finite numbers",
     )
     axis: Literal["x", "y", "z"] | Vector | None = Field(
         None, description='axis of a radial direction: "x", "y", "z" or a vector of finite numbers'
     )
     origin: Vector | None = Field(None, description="a point on the axis in m; the default is 0")
-    gap: Positive = Field(description="initial gap in m, positive")
+    gap: Finite | None = Field(None, description="initial gap in m, negative for an interference")
+    casing: CasingSection | None = Field(
+        None, description="a section that describes a rigid surface"
+    )
     points: Count | Literal["all"] = Field(
         "all", description='positive number of points spread over the facets, or "all" vertices'
     )
@@ -69,7 +92,7 @@ class ContactSection(LawSection):
         return values
 
     @model_validator(mode="after")
-    def _axis_fits_direction(self) -> ContactSection:
+    def _axis_fits_direction(self) -> PatchSection:
         radial = self.direction == "radial"
         if radial and self.axis is None:
             raise ValueError('direction = "radial" needs axis = "x", "y", "z" or a vector')
@@ -81,7 +104,61 @@ class ContactSection(LawSection):
                 raise ValueError(f"{name} = {list(vector)}: must not be zero")
         return self
 
+    @model_validator(mode="after")
+    def _gap_is_given_once(self) -> PatchSection:
+        if self.direction == "casing" and self.casing is None:
+            raise ValueError('direction = "casing": needs a section casing')
+        if self.casing is not None and (self.gap is not None or self.against is not None):
+            key = "gap" if self.gap is not None else "against"
+            raise ValueError(
+                f"{key}: does not go with casing, whose distance is the gap (casing.clearance "
+                "adds to it)"
+            )
+        if self.gap is None and self.casing is None and self.against is None:
+            raise ValueError("gap: is missing (initial gap in m; or a section casing, or against)")
+        return self
+
     @property
     def axis_vector(self) -> tuple[float, ...]:
         """The axis as a vector, empty without one."""
-        return _AXES[self.axis] if isinstance(self.axis, str) else self.axis or ()
+        return axis_vector(self.axis)
+
+
+class ContactSection(LawSection, PatchSection):
+    """One patch, with the contact law."""
+
+    @property
+    def patches(self) -> dict[str, PatchSection]:
+        """The patch by its place in the study file."""
+        return {"contact": self}
+
+
+class PatchesSection(LawSection):
+    """Several patches, with the contact law of all."""
+
+    patch: Annotated[tuple[PatchSection, ...], Field(min_length=1), FromList] = Field(
+        description="sections [[contact.patch]]"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nothing_of_a_patch(cls, values: Any) -> Any:
+        for key in PatchSection.model_fields:
+            if isinstance(values, dict) and key in values:
+                raise ValueError(
+                    f"{key}: belongs to one of the patches: must stand under [[contact.patch]]"
+                )
+        return values
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> PatchesSection:
+        names = [patch.name for patch in self.patch if patch.name is not None]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f'patch: {names.count(name)} have the name "{name}": must differ')
+        return self
+
+    @property
+    def patches(self) -> dict[str, PatchSection]:
+        """The patches by their places in the study file."""
+        return {f"contact.patch[{i + 1}]": patch for i, patch in enumerate(self.patch)}

@@ -10,13 +10,10 @@ from fenics_nnm.materials.elasticity import Isotropic, Orthotropic
 from fenics_nnm.materials.library import library_material
 from fenics_nnm.materials.material import Material
 from fenics_nnm.materials.orientation import XYZ, Axes, Cylindrical, Orientation, euler_axes
-from fenics_nnm.study.record import FromList, Name, Names, Positive, Record
+from fenics_nnm.study.record import Finite, FromList, Name, Names, Positive, Record, axis_vector
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 ThreePositive = Annotated[tuple[Positive, Positive, Positive], FromList]
 ThreeFinite = Annotated[tuple[Finite, Finite, Finite], FromList]
-
-_COORDINATE_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class OrientationSection(Record):
@@ -55,9 +52,8 @@ class OrientationSection(Record):
         if self.euler is not None:
             return euler_axes(self.euler)
         assert self.cylindrical is not None
-        axis = self.cylindrical
-        direction = _COORDINATE_AXES[axis] if isinstance(axis, str) else axis
-        return Cylindrical(direction, self.origin or (0.0, 0.0, 0.0))
+        x, y, z = axis_vector(self.cylindrical)
+        return Cylindrical((x, y, z), self.origin or (0.0, 0.0, 0.0))
 
 
 class _MaterialSection(Record):

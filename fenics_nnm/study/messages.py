@@ -30,8 +30,8 @@ def first_error(
     """One line for the first error; unknown keys come first, since they cause others."""
     errors = sorted(error.errors(), key=lambda item: item["type"] != "extra_forbidden")
     first = errors[0]
-    location = tuple(str(part) for part in first["loc"] if _is_key(part))
-    name = ".".join((*place, *location))
+    location, value = _found(first["loc"], values)
+    name = _written((*place, *_places(first["loc"], values)))
     if first["type"] == "extra_forbidden":
         return f"{name}: unknown key{_suggestion(record, location)}"
     if first["type"] == "missing" and _is_key(first["loc"][-1]):
@@ -40,8 +40,7 @@ def first_error(
         message = first["msg"].removeprefix("Value error, ")
         return f"{name}.{message}" if name else message
     message = "is not allowed" if _has_alternatives(first["loc"]) else _plain_message(first)
-    value = shown(_value_at(values, location))
-    return f"{name} = {value}: {message}{_wanted(record, location)}"
+    return f"{name} = {shown(value)}: {message}{_wanted(record, location)}"
 
 
 def _plain_message(error: Any) -> str:
@@ -49,10 +48,37 @@ def _plain_message(error: Any) -> str:
     return message.replace("Input should be", "must be").replace(" valid", "")
 
 
-def _value_at(values: Any, location: tuple[str, ...]) -> Any:
-    for key in location:
-        values = values[key]
-    return values
+def _places(place: tuple[Any, ...], values: Any) -> tuple[str | int, ...]:
+    """Keys of pydantic's location, and numbers of sections of which there are several."""
+    found: list[str | int] = []
+    for part in place:
+        if isinstance(part, int) and _is_section(values, part):
+            found.append(part)
+            values = values[part]
+        elif _is_key(part):
+            found.append(part)
+            values = values.get(part) if isinstance(values, dict) else None
+    return tuple(found)
+
+
+def _is_section(values: Any, number: int) -> bool:
+    """Whether values are a list with a section at a place."""
+    return isinstance(values, list) and number < len(values) and isinstance(values[number], dict)
+
+
+def _found(place: tuple[Any, ...], values: Any) -> tuple[tuple[str, ...], Any]:
+    """Keys of pydantic's location alone, and the value there, None where it is missing."""
+    places = _places(place, values)
+    for part in places:
+        inside = isinstance(values, list) or (isinstance(values, dict) and part in values)
+        values = values[part] if inside else None
+    return tuple(part for part in places if isinstance(part, str)), values
+
+
+def _written(places: tuple[str | int, ...]) -> str:
+    """Keys with dots in between, and numbers of sections from 1, as in "contact.patch[2].gap"."""
+    words = (f".{part}" if isinstance(part, str) else f"[{part + 1}]" for part in places)
+    return "".join(words).removeprefix(".")
 
 
 def _has_alternatives(place: tuple[Any, ...]) -> bool:

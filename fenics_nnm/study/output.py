@@ -7,7 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from fenics_nnm.study.record import Record
+from fenics_nnm.fields.selection import DEFAULT_FIELDS, FieldName
+from fenics_nnm.study.record import FromList, Record
 
 
 class OutputSection(Record):
@@ -18,4 +19,7 @@ class OutputSection(Record):
     )
     frames: Annotated[int, Field(ge=24)] = Field(
         24, description="frames of a period in the ParaView files, at least 24"
+    )
+    fields: Annotated[tuple[FieldName, ...], Field(min_length=1), FromList] = Field(
+        DEFAULT_FIELDS, description="fields that are written for ParaView"
     )

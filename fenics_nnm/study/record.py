@@ -6,20 +6,41 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from fenics_nnm.errors import ModelError
+
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 Count = Annotated[int, Field(gt=0)]
 Auto = Literal["auto"]
 FromList = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
 Vector = Annotated[
-    tuple[Annotated[float, Field(allow_inf_nan=False)], ...],
+    tuple[Finite, ...],
     Field(min_length=1, max_length=3),
     FromList,
 ]
 Name = Annotated[str, Field(min_length=1)]
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
 
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def axis_vector(axis: str | tuple[float, ...] | None) -> tuple[float, ...]:
+    """The vector of "x", "y", "z" or of a vector, empty for none."""
+    return _AXES[axis] if isinstance(axis, str) else axis or ()
+
 
 class Record(BaseModel):
     """A section of a study file: frozen, without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+def fitted(vector: tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:
+    """A vector with as many components as the mesh has dimensions.
+
+    Raises:
+        ModelError: if it has fewer, or others that are not zero.
+    """
+    if len(vector) < dim or any(vector[dim:]):
+        raise ModelError(f"{name} = {list(vector)}: must have {dim} components as the mesh has")
+    return vector[:dim]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Self
 
 from pydantic import model_validator
@@ -9,11 +10,19 @@ from pydantic import model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
-from fenics_nnm.study.body import BodySection, ClampSection, MeshFile
-from fenics_nnm.study.contact import ContactSection, LawSection, MatrixContactSection
+from fenics_nnm.study.attachments import MassSection, SpringSection
+from fenics_nnm.study.body import BodySection, ClampSection
+from fenics_nnm.study.contact import (
+    ContactSection,
+    LawSection,
+    MatrixContactSection,
+    PatchesSection,
+)
 from fenics_nnm.study.continuation import ContinuationSection
+from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
+from fenics_nnm.study.mesh import CadFile, MeshFile
 from fenics_nnm.study.output import OutputSection
 from fenics_nnm.study.record import Record
 from fenics_nnm.study.solution import AugmentedLagrangianSection, ModeSection, ReductionSection
@@ -176,11 +185,14 @@ class _AnyStudy(Record):
 class MeshStudy(_AnyStudy):
     """All that a run of a mesh needs to know; lengths in m unless a key says otherwise."""
 
-    mesh: MeshFile | Geometry
+    mesh: MeshFile | CadFile | Geometry
+    groups: Mapping[str, GroupSection] = {}
     body: BodySection
     material: Materials
+    mass: tuple[MassSection, ...] = ()
+    spring: tuple[SpringSection, ...] = ()
     clamp: ClampSection | None = None
-    contact: ContactSection
+    contact: ContactSection | PatchesSection
 
     @model_validator(mode="after")
     def _materials_have_cells(self) -> MeshStudy:
@@ -202,14 +214,17 @@ class MatrixStudy(_AnyStudy):
     @model_validator(mode="before")
     @classmethod
     def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("mesh", "body", "material", "clamp"):
+        for key in ("mesh", "groups", "body", "material", "clamp", "mass", "spring"):
             if key in values:
                 raise ValueError(
                     f"{key}: does not go with [matrices], which hold the whole structure, "
                     "held by its clamp"
                 )
-        if isinstance(values.get("output"), dict) and "frames" in values["output"]:
-            raise ValueError("output.frames: belongs to [mesh]: matrices have no ParaView files")
+        for key in ("frames", "fields"):
+            if isinstance(values.get("output"), dict) and key in values["output"]:
+                raise ValueError(
+                    f"output.{key}: belongs to [mesh]: matrices have no ParaView files"
+                )
         return values
 
     @model_validator(mode="after")

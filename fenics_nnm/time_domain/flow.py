@@ -15,6 +15,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.reduction.rest import RestState
 from fenics_nnm.time_domain.linear_stage import LinearStage, StageMotion
 
 #: The points in contact after a change are those a moment later: this over the highest frequency.
@@ -65,6 +66,7 @@ class Flow:
     model: ReducedModel
     most_changes: int = 20_000
     _law: Complementarity = field(init=False, repr=False, compare=False)
+    _rest: RestState = field(init=False, repr=False, compare=False)
     _moment: float = field(init=False, repr=False, compare=False)
     _stages: dict[bytes, LinearStage] = field(
         init=False, repr=False, compare=False, default_factory=dict
@@ -74,6 +76,7 @@ class Flow:
         if not self.model.massless:
             raise ModelError("the motion in time needs contact points without mass: R is singular")
         object.__setattr__(self, "_law", Complementarity(self.model.R, self.model.gap))
+        object.__setattr__(self, "_rest", self.model.at_rest())
         all_closed = LinearStage.of(self.model, np.ones(self.model.points, dtype=bool))
         object.__setattr__(self, "_moment", _MOMENT / float(all_closed.nu[-1]))
 
@@ -130,10 +133,19 @@ class Flow:
         return np.asarray(self.model.omega**2 * q + self.forces(q[None])[0] @ self.model.Phi)
 
     def energy(self, q: Array, velocity: Array) -> float:
-        """Total energy in J: (q'^2 + (omega q)^2 + lambda^T R lambda) / 2, constant in time."""
-        force = self.forces(q[None])[0]
-        modal = velocity @ velocity + np.sum((self.model.omega * q) ** 2)
-        return float(modal + force @ self.model.R @ force) / 2
+        """Total energy in J, constant in time, from the state of rest (q_s, lambda_s).
+
+        With x = q - q_s, mu = lambda - lambda_s and c the clearances it is
+        (x'^2 + (omega x)^2 + mu^T R mu) / 2 + lambda_s . c.
+        """
+        force, rest = self.forces(q[None])[0], self._rest
+        modal = velocity @ velocity + np.sum((self.model.omega * (q - rest.q)) ** 2)
+        change = force - rest.force
+        energy = float(modal + change @ self.model.R @ change) / 2
+        if not rest.closed.any():
+            return energy
+        clearance = self.model.gap - self.model.Phi @ q + self.model.R @ force
+        return energy + float(np.where(force == 0, clearance, 0.0) @ rest.force)
 
     def _stage_after(self, q: Array, velocity: Array) -> LinearStage:
         """The stage that a state is about to be in."""

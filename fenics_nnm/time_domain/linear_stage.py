@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, eigh
+from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.reduction.closed import ClosedPoints
 from fenics_nnm.reduction.model import ReducedModel
 
 #: A margin is negative below this part of the size of what it is the difference of.
@@ -30,9 +31,7 @@ class LinearStage:
 
         q'' = -K_A (q - rest),      rest = K_A^-1 Phi_A^T R_AA^-1 gap_A.
 
-    The stage lasts while all margins are positive. The margin of an open point is its gap, that of
-    a closed point the length lambda_c / (R_AA^-1)_cc by which it would move past its obstacle if
-    it were let through: so a margin changes sign, not size, where a point opens or closes.
+    The stage lasts while all margins are positive, see `reduction.closed`.
 
     Attributes:
         nu: Circular frequencies in rad/s, shape (J,).
@@ -62,19 +61,19 @@ class LinearStage:
                 rest=np.zeros(model.modes),
                 margin_shape=-model.Phi,
                 margin_rest=model.gap,
-                size=model.gap,
+                size=np.abs(model.gap),
                 contact=False,
             )
-        gradient, offset, stiffness, pull = _with_contact(model, active)
-        squares, V = eigh(stiffness)
-        rest = V @ ((V.T @ pull) / squares)
+        held = ClosedPoints.of(model, active)
+        squares, V = eigh(held.stiffness)
+        rest = V @ ((V.T @ held.pull) / squares)
         return cls(
             nu=np.sqrt(squares),
             V=V,
             rest=rest,
-            margin_shape=gradient @ V,
-            margin_rest=gradient @ rest + offset,
-            size=model.gap,
+            margin_shape=held.gradient @ V,
+            margin_rest=held.gradient @ rest + held.offset,
+            size=np.abs(model.gap),
             contact=True,
         )
 
@@ -93,24 +92,6 @@ class LinearStage:
                 self.V @ (cosine * by_velocity - nu * sine * by_q),
             ]
         )
-
-
-def _with_contact(
-    model: ReducedModel, active: NDArray[np.bool_]
-) -> tuple[Array, Array, Array, Array]:
-    """Margins gradient @ q + offset, and stiffness and constant force of the equations."""
-    Phi, gap = model.Phi[active], model.gap[active]
-    factor = cho_factor(model.R[np.ix_(active, active)])
-    inverse = cho_solve(factor, np.eye(len(gap)))
-    force, force_at_gap = inverse @ Phi, inverse @ gap
-    gradient, offset = -model.Phi, model.gap
-    coupling = model.R[:, active]
-    gradient, offset = gradient + coupling @ force, offset - coupling @ force_at_gap
-    given_way = 1 / np.diagonal(inverse)
-    gradient[active] = given_way[:, None] * force
-    offset[active] = -given_way * force_at_gap
-    stiffness = np.diag(model.omega**2) + Phi.T @ force
-    return gradient, offset, (stiffness + stiffness.T) / 2, Phi.T @ force_at_gap
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +130,7 @@ class StageMotion:
         """
         amplitude = np.abs(self.stage.margin_shape) * np.hypot(self.cosine, self.sine)
         size = np.maximum(amplitude.sum(axis=1) + np.abs(self.stage.margin_rest), self.stage.size)
+        size = np.maximum(size, np.finfo(float).tiny)
         bend = amplitude @ self.stage.nu**2
         search = _Search(self, bend / 8, _ROUND_OFF * size)
         fastest = float(np.sqrt((bend / size).max()))

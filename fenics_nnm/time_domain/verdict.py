@@ -3,7 +3,7 @@
 The independent witness is integration in time of the reduced model. It verifies a point, unless
 the reduction is expected to put its frequency off by more than 1e-3, in one of three ways:
 
-* below grazing the motion is the linear mode, in closed form;
+* below grazing, or lift-off, the motion is the linear mode, in closed form;
 * the motion starts with its energy within 1 % and comes back within 5 % after a period, and the
   exact motion of the same energy that shooting finds is near it (10 %) and has its frequency
   (1e-3);
@@ -136,7 +136,8 @@ def internal_resonance(
     found = strongest_resonance(model, series, point.q, omega, mode=mode, harmonic=harmonic)
     if found.entered:
         return str(found)
-    still = stands_still(series, point.q, point.slope_ratio, mode=mode, harmonic=harmonic)
+    by_mode = point.q @ model.at_rest().shapes
+    still = stands_still(series, by_mode, point.slope_ratio, mode=mode, harmonic=harmonic)
     return UNNAMED if still else ""
 
 

@@ -42,7 +42,9 @@ def roles_of(study: Study) -> dict[str, str]:
     if not isinstance(study, MeshStudy):
         return {}
     clamped = dict.fromkeys(study.clamp.facets if study.clamp else (), "clamped")
-    return {**clamped, **dict.fromkeys(study.contact.facets, "contact")}
+    patches = study.contact.patches.values()
+    touching = [name for patch in patches for name in (*patch.facets, *(patch.against or ()))]
+    return {**clamped, **dict.fromkeys(touching, "contact")}
 
 
 def draw_groups(

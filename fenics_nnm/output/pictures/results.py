@@ -64,7 +64,7 @@ class Results:
         """Frequency of the followed linear mode in Hz."""
         known = self.summary.get("linear_frequencies_Hz")
         index = self.header.mode - 1
-        return float(known[index] if known else self.model.omega[index] / (2 * np.pi))
+        return float(known[index] if known else self.model.at_rest().omega[index] / (2 * np.pi))
 
     @property
     def ratios(self) -> Array:

@@ -1,0 +1,42 @@
+"""From the sections of a study about its body to theory, materials, masses and springs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fenics_nnm.fem.attachments import Attachment
+from fenics_nnm.fem.regions import Region
+from fenics_nnm.fem.solid import Body
+from fenics_nnm.study import MeshStudy
+from fenics_nnm.study.record import fitted
+
+
+def body_of(study: MeshStudy, dim: int) -> Body:
+    """The body of a study on a mesh of some dimension.
+
+    Raises:
+        ModelError: if a point or a stiffness has too few components.
+    """
+    return Body(
+        theory=study.body.theory,
+        regions=tuple(Region(each.material, each.cells or ()) for each in study.material),
+        extent=study.body.extent,
+        degree=study.body.degree,
+        attachments=(*_masses(study, dim), *_springs(study, dim)),
+    )
+
+
+def _masses(study: MeshStudy, dim: int) -> Iterator[Attachment]:
+    for number, each in enumerate(study.mass, start=1):
+        key = f"mass[{number}]"
+        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        yield Attachment(key, "mass", (each.mass,) * dim, point, each.facets or ())
+
+
+def _springs(study: MeshStudy, dim: int) -> Iterator[Attachment]:
+    for number, each in enumerate(study.spring, start=1):
+        key = f"spring[{number}]"
+        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        per_area = each.foundation is not None
+        values = fitted(each.values, dim, f"{key}.{'foundation' if per_area else 'stiffness'}")
+        yield Attachment(key, "spring", values, point, each.facets or (), per_area)

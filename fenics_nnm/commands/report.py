@@ -1,0 +1,31 @@
+"""fenics-nnm report: one HTML page about a results folder."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    report = commands.add_parser("report", help="write a page about a results folder")
+    report.add_argument("results", type=Path, metavar="DIR", help="results folder of a run")
+    report.add_argument(
+        "--output", type=Path, metavar="FILE.html", help="the page: DIR/report.html"
+    )
+    add_verbose(report)
+    report.set_defaults(action=_report)
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.output.html_report.report import write_report
+
+    comm, file = MPI.COMM_WORLD, arguments.output or arguments.results / "report.html"
+    on_root(comm, lambda: write_report(arguments.results, file))
+    show(console_of(comm), f"report in {file}")
+    return DONE

@@ -1,0 +1,170 @@
+"""Mesh and fields of a body on rank 0, numbered alike on any number of ranks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from dolfinx.plot import vtk_mesh
+from mpi4py import MPI
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.fem.contact import ContactInterface
+from fenics_nnm.fem.elasticity import elasticity_at, region_of_cells
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.reference_cell import reference_cell
+from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.vertices import at_vertices
+
+#: Elasticities that differ by less than this part of the largest are the same.
+_SAME_ELASTICITY = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Gathering:
+    """The way to rank 0; all methods are to be called on all ranks.
+
+    Cells are in the order of the input mesh, and nodes in the order in which these cells name
+    them.
+
+    Attributes:
+        solid: Body.
+        cell_type: VTK's number of the cells.
+        cells: Nodes of the cells of this rank in VTK's order, by their numbers in the space.
+        input_cell: Number of these cells in the input mesh.
+        number: Number of each node of the space, on rank 0; empty on the others.
+    """
+
+    solid: Solid
+    cell_type: int
+    cells: Indices
+    input_cell: Indices
+    number: Indices
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Communicator of the body."""
+        return self.solid.tagged.mesh.comm
+
+    def nodal(self, columns: Array) -> Array:
+        """Fields on rank 0, shape (k, nodes, dim), of columns of owned unknowns (n_owned, k)."""
+        dim = self.solid.tagged.dim
+        return self.of_nodes(columns.reshape(-1, dim, columns.shape[1])).transpose(2, 0, 1)
+
+    def of_nodes(self, owned: Array) -> Array:
+        """Values of all nodes on rank 0, of those that each rank owns, shape (nodes, ...)."""
+        whole = _gathered(self.comm, owned)
+        found = np.empty_like(whole)
+        found[self.number] = whole[: len(self.number)]
+        return found
+
+    def of_cells(self, owned: Any) -> Any:
+        """Values of all cells on rank 0, of those of each rank, shape (cells, ...)."""
+        whole, order = (_gathered(self.comm, part) for part in (owned, self.input_cell))
+        return whole[np.argsort(order)]
+
+    def mesh(self) -> tuple[Array, Indices]:
+        """Places of the nodes in m, shape (nodes, 3), and nodes of the cells, on rank 0."""
+        space = self.solid.space
+        places = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+        return self.of_nodes(places), self.numbered(self.of_cells(self.cells))
+
+    def numbered(self, nodes: Indices) -> Indices:
+        """On rank 0 the file's numbers of nodes of the space."""
+        return self.number[nodes] if self.comm.rank == 0 else nodes
+
+
+def gathering(solid: Solid) -> Gathering:
+    """Prepare the gathering of a body; to be called on all ranks."""
+    mesh = solid.tagged.mesh
+    listed, types, _ = vtk_mesh(solid.space)
+    width = solid.space.dofmap.dof_layout.num_dofs
+    local = listed.reshape(-1, width + 1)[:, 1:].astype(np.int32)
+    cell_type = int(mesh.comm.allreduce(types.max(initial=0), op=MPI.MAX))
+    numbered = solid.space.dofmap.index_map.local_to_global(local.ravel()).reshape(local.shape)
+    input_cell = np.asarray(mesh.topology.original_cell_index[: len(local)], dtype=np.int64)
+    whole, order = (_gathered(mesh.comm, part) for part in (numbered, input_cell))
+    number: Indices = np.empty(0, dtype=np.int64)
+    if mesh.comm.rank == 0:
+        _, first = np.unique(whole[np.argsort(order)].ravel(), return_index=True)
+        number = np.argsort(np.argsort(first))
+    return Gathering(solid, cell_type, numbered, input_cell, number)
+
+
+def gathered_basis(analysis: LinearAnalysis) -> dict[str, Any]:
+    """What branch.h5 keeps of the mesh, its elasticity and the shapes, on rank 0; else empty."""
+    solid, reduction = analysis.solid, analysis.reduction
+    way = gathering(solid)
+    samples = reference_cell(way.cell_type).samples
+    elasticity = way.of_cells(elasticity_at(solid, samples))
+    nodes, cells = way.mesh()
+    gathered = {
+        "mesh/points": nodes,
+        "mesh/cells": cells,
+        "mesh/cell_type": np.array(way.cell_type),
+        "mesh/region": way.of_cells(region_of_cells(solid)),
+        **_contact(way, analysis.interface),
+        "basis/shapes": way.nodal(reduction.shapes),
+        "basis/residual_shapes": way.nodal(reduction.residual_shapes),
+    }
+    if way.comm.rank > 0:
+        return {}
+    rows, row = _different(elasticity)
+    return {**gathered, "material/elasticity": rows, "material/row": row}
+
+
+def _different(elasticity: Array) -> tuple[Array, Indices]:
+    """The elasticities there are, (rows, 6, strains), and the row at each sample of each cell."""
+    largest = np.abs(elasticity).max()
+    flat = elasticity.reshape(-1, *elasticity.shape[2:])
+    rounded = np.round(flat / (largest * _SAME_ELASTICITY))
+    _, first, row = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return flat[first], row.reshape(elasticity.shape[:2])
+
+
+def _contact(way: Gathering, interface: ContactInterface) -> dict[str, Any]:
+    """Contact facets and what pressure unit forces make, on rank 0."""
+    found = [
+        (_facets(way, local), patch, side)
+        for patch, sides in enumerate(interface.sides)
+        for side, local in enumerate(sides)
+    ]
+    counts = [len(rows) for rows, _, _ in found]
+    return {
+        "contact/facets": way.numbered(np.concatenate([rows for rows, _, _ in found])),
+        "contact/facet_patch": np.repeat([patch for _, patch, _ in found], counts),
+        "contact/facet_side": np.repeat([side for _, _, side in found], counts),
+        "contact/pressures": _pressures(way, interface),
+    }
+
+
+def _facets(way: Gathering, local: Indices) -> Indices:
+    """Nodes of facets in VTK's order, on rank 0, by their numbers in the space."""
+    topology = way.solid.tagged.mesh.topology
+    topology.create_connectivity(topology.dim, topology.dim - 1)
+    of_cells = topology.connectivity(topology.dim, topology.dim - 1)
+    around = of_cells.array.reshape(of_cells.num_nodes, -1)[: len(way.cells)]
+    cell, place = np.nonzero(np.isin(around, local))
+    nodes = reference_cell(way.cell_type).facets[place]
+    rows = way.cells[cell[:, None], nodes]
+    whole, owner = (_gathered(way.comm, part) for part in (rows, way.input_cell[cell]))
+    return np.asarray(whole[np.argsort(owner, kind="stable")])
+
+
+def _pressures(way: Gathering, interface: ContactInterface) -> Array:
+    """Node, contact point and pressure in Pa under a unit force there: three rows, on rank 0."""
+    mesh, space = way.solid.tagged.mesh, way.solid.space
+    entries = interface.pressures.tocoo()
+    blocks = at_vertices(mesh, space.dofmap.list)[entries.row].astype(np.int32)
+    own = (space.dofmap.index_map.local_to_global(blocks), entries.col, entries.data)
+    node, point, value = (_gathered(way.comm, part) for part in own)
+    node = way.numbered(node)
+    order = np.lexsort((point, node))
+    return np.array([node[order], point[order], value[order]], dtype=float)
+
+
+def _gathered(comm: MPI.Comm, own: Any) -> Any:
+    """Parts of all ranks one after the other on rank 0; nothing elsewhere."""
+    pieces = comm.gather(own, root=0)
+    return np.concatenate(pieces) if pieces is not None else own[:0]

@@ -1,0 +1,86 @@
+"""All files of a folder `fields`, of a run and of an export."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.fields.body import field_body, in_space
+from fenics_nnm.fields.motion import MotionFiles
+from fenics_nnm.fields.peak import peak_stress
+from fenics_nnm.fields.selection import FieldName
+from fenics_nnm.fields.surface import contact_surface
+from fenics_nnm.fields.view import write_view
+from fenics_nnm.fields.vtu import grid_file
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.stored_branch import StoredBranch
+
+
+def write_motions(
+    folder: Path,
+    branch: StoredBranch,
+    points: Sequence[BranchPoint],
+    *,
+    fields: Sequence[FieldName],
+    frames: int,
+    on_progress: Callable[[float], None] = lambda done: None,
+) -> None:
+    """Write the motions of points of a branch, their shapes, peak stresses and view.py.
+
+    Args:
+        folder: Folder to write to; it has no such files yet.
+        branch: Branch with its mesh and shapes.
+        points: Points of it.
+        fields: Fields wanted.
+        frames: Frames of a period.
+        on_progress: Called with the part done.
+
+    Raises:
+        OSError: if they cannot be written.
+    """
+    if not points:
+        return
+    body = field_body(branch)
+    files = MotionFiles(folder, branch, body, contact_surface(branch), fields, frames)
+    names = motion_names(points)
+    for number, (name, point) in enumerate(zip(names, points, strict=True)):
+        files.write(
+            f"motion_{name}", point, lambda done: on_progress((number + done) / len(points))
+        )
+        if "peak_stress" in fields:
+            peaks = peak_stress(branch, body, point, frames)
+            (folder / f"peak_stress_{name}.vtu").write_bytes(body.grid.bytes_with(peaks))
+    shapes = {}
+    for name, point in zip(names, points, strict=True):
+        shapes.update(_mode_shapes(branch, point, name.replace("_", " ")))
+    grid = grid_file(branch.nodes, branch.cells, body.recovery.mesh.cell.written)
+    (folder / "mode_shapes.vtu").write_bytes(grid.bytes_with(shapes))
+    write_view(folder, branch, dict(zip(names, points, strict=True)), fields)
+
+
+def motion_names(points: Sequence[BranchPoint]) -> list[str]:
+    """Names of motions by their energy; later passings of an energy get a number."""
+    passed: Counter[float] = Counter()
+    names = []
+    for point in points:
+        passed[point.gamma_ratio] += 1
+        again = passed[point.gamma_ratio]
+        names.append(f"{point.gamma_ratio:g}" + (f"_passing{again}" if again > 1 else ""))
+    return names
+
+
+def _mode_shapes(branch: StoredBranch, point: BranchPoint, name: str) -> dict[str, Array]:
+    """The shapes of a motion where the contact point that moves most is nearest and farthest."""
+    phase = 2 * np.pi * np.arange(branch.header.samples) / branch.header.samples
+    gap = branch.gap(point, phase)
+    moves_most = int(np.argmax(np.ptp(gap, axis=0)))
+    closed, opened = np.argmin(gap[:, moves_most]), np.argmax(gap[:, moves_most])
+    nearest, farthest = branch.displacement(point, phase[[closed, opened]])
+    return {
+        f"gamma {name} closed: displacement (m)": in_space(nearest),
+        f"gamma {name} open: displacement (m)": in_space(farthest),
+    }

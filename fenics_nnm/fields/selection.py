@@ -1,0 +1,22 @@
+"""Names of fields that can be asked for."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+FieldName = Literal[
+    "displacement",
+    "velocity",
+    "von_mises",
+    "principal_stress",
+    "stress",
+    "contact_pressure",
+    "gap",
+    "peak_stress",
+]
+"""A field of a motion; `peak_stress` is a file of its own."""
+
+FIELDS: tuple[FieldName, ...] = get_args(FieldName)
+
+#: All but the six components of the stress.
+DEFAULT_FIELDS: tuple[FieldName, ...] = tuple(name for name in FIELDS if name != "stress")

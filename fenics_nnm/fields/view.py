@@ -1,0 +1,64 @@
+"""A ready view for ParaView: view.py, beside the motions that it opens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from fenics_nnm.fields.motion import DISPLACEMENT, VON_MISES
+from fenics_nnm.fields.selection import FieldName
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.stored_branch import StoredBranch
+
+#: The largest displacement is drawn as this part of the body's size.
+_DRAWN = 0.08
+
+_SHAPES = {1: "line", 2: "plane", 3: "solid"}
+
+
+def write_view(
+    folder: Path,
+    branch: StoredBranch,
+    points: Mapping[str, BranchPoint],
+    fields: Sequence[FieldName],
+) -> None:
+    """Write view.py, which shows the motion of highest energy, if there is a displacement.
+
+    Args:
+        folder: Folder of the files.
+        branch: Branch.
+        points: Points that have files, by the name in the files.
+        fields: Fields that were written.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    if "displacement" not in fields:
+        return
+    name = max(points, key=lambda each: points[each].gamma_ratio)
+    settings = {
+        "MOTION": f"motion_{name}.pvd",
+        "CONTACT": f"motion_{name}_contact.pvd" if "contact_pressure" in fields else "",
+        "COLOUR": VON_MISES if "von_mises" in fields else DISPLACEMENT,
+        "SCALE": _scale(branch, points[name]),
+        "PLANE": _SHAPES[branch.shapes.shape[2]],
+    }
+    text = resources.files("fenics_nnm.fields").joinpath("view_template.py").read_text()
+    for key, value in settings.items():
+        text = text.replace(f'"@{key}@"', repr(value).replace("'", '"'))
+    (folder / "view.py").write_text(text.replace("@GAMMA@", f"{points[name].gamma_ratio:g}"))
+
+
+def _scale(branch: StoredBranch, point: BranchPoint) -> float:
+    """A round factor that makes the largest displacement visible."""
+    phase = 2 * np.pi * np.arange(24) / 24
+    largest = max(
+        float(np.linalg.norm(branch.displacement(point, np.array([each]))[0], axis=1).max())
+        for each in phase
+    )
+    factor = _DRAWN * float(np.linalg.norm(np.ptp(branch.nodes, axis=0))) / largest
+    digits = 10.0 ** np.floor(np.log10(factor))
+    return float(f"{np.floor(factor / digits) * digits:g}")

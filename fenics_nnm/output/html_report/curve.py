@@ -1,0 +1,232 @@
+"""Sections about the frequency-energy curve: picture, points, what it meets on its way."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.html_report.elements import (
+    Column,
+    Html,
+    data_uri,
+    element,
+    folded,
+    joined,
+    link,
+    paragraph,
+    table,
+    text,
+)
+from fenics_nnm.output.html_report.figures import Gallery
+from fenics_nnm.output.html_report.page import Section
+from fenics_nnm.output.html_report.words import aligned, hardening, plain, signed
+from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.time_domain.stability import STABLE
+
+#: Most rows of the table of points, and of linear frequencies before the others are folded away.
+MOST_POINTS, _FEW_MODES = 60, 12
+
+_POINTS = (
+    Column("point"),
+    Column("gamma ratio (1)"),
+    Column("frequency (Hz)"),
+    Column("hardening (%)"),
+    Column("energy (J)"),
+    Column("contact (% of period)"),
+    Column("status", "word"),
+    Column("stability", "word"),
+    Column("remark", "prose"),
+)
+
+
+def curve(results: Results, gallery: Gallery) -> Section:
+    """Pictures of frequency over energy."""
+    figures = gallery.figures("frequency")
+    return Section("curve", "Frequency over energy", figures, "there is no picture of the curve.")
+
+
+def points(results: Results, table_file: Path, beside: str) -> Section:
+    """Table of the points, with the whole of backbone.csv to take along.
+
+    Args:
+        results: Results.
+        table_file: A backbone.csv of them.
+        beside: Where backbone.csv is, seen from the page; empty if it is nowhere.
+    """
+    chosen = _thinned(results.points)
+    kept = "all" if len(chosen) == len(results.points) else f"{len(chosen)} evenly spread ones"
+    links = [link("download backbone.csv", _data(table_file), download="backbone.csv")]
+    if beside:
+        links.append(link("open it in the results folder", beside))
+    told = element(
+        "p",
+        text(f"Of {len(results.points)} points {kept} are shown. All of them, with every column: "),
+        joined(links, Html(" or ")),
+        text("."),
+    )
+    rows = _rows(results.points, chosen)
+    content = (told, table(_POINTS, rows, label="Points of the branch"))
+    return Section("points", "Points", content + _kinds_of_instability(results.points))
+
+
+def _data(table_file: Path) -> str:
+    return data_uri(table_file.read_bytes(), "text/csv")
+
+
+def _thinned(points: Sequence[BranchPoint]) -> list[int]:
+    """Indices of the points to show: evenly spread ones, and those where something happens."""
+    even = np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).round().astype(int)
+    marked = [index for index, point in enumerate(points) if point.event]
+    return sorted({*even.tolist(), *marked})
+
+
+def _rows(points: Sequence[BranchPoint], chosen: Sequence[int]) -> list[tuple[str, ...]]:
+    frequencies = aligned([point.frequency for point in points], 8)
+    return [
+        (
+            str(index + 1),
+            f"{points[index].gamma_ratio:.6g}",
+            frequencies[index],
+            signed(hardening(points[index])),
+            plain(points[index].energy, 5),
+            f"{100 * points[index].contact_fraction:.1f}",
+            points[index].status,
+            _stability(points[index]),
+            _remark(points[index]),
+        )
+        for index in chosen
+    ]
+
+
+def _stability(point: BranchPoint) -> str:
+    if not point.stability:
+        return "not known"
+    return STABLE if point.stability == STABLE else "unstable"
+
+
+def _remark(point: BranchPoint) -> str:
+    remarks = (point.event, point.resonance, point.skipped and f"beyond {point.skipped}")
+    return "; ".join(remark for remark in remarks if remark)
+
+
+def _kinds_of_instability(points: Sequence[BranchPoint]) -> tuple[Html, ...]:
+    """How the unstable motions are unstable."""
+    kinds = Counter(point.stability for point in points if point.stability not in ("", STABLE))
+    if not kinds:
+        return ()
+    listed = "; ".join(f"{count} with {kind}" for kind, count in kinds.items())
+    return (paragraph(f"Unstable points: {listed}."),)
+
+
+def linear_frequencies(results: Results) -> Section:
+    """Frequencies of the linear modes."""
+    hertz = results.summary.get("linear_frequencies_Hz", [])
+    if not hertz:
+        return Section("linear", "Linear modes", (), "the run was stopped before its summary.")
+    columns = (Column("mode"), Column("frequency (Hz)"), Column("over that of the mode followed"))
+    ratios = [value / results.linear_frequency for value in hertz]
+    numbers = [str(number) for number in range(1, len(hertz) + 1)]
+    rows = list(zip(numbers, aligned(hertz, 8), aligned(ratios, 6), strict=True))
+    below = results.summary.get("no_mode_missed_below_Hz")
+    checked = (
+        f"A count of the eigenvalues shows that no mode below {below:.6g} Hz is missing."
+        if below
+        else "Whether a mode was missed has not been checked."
+    )
+    content: tuple[Html, ...] = (
+        paragraph(f"Without contact; {checked[0].lower()}{checked[1:]}"),
+        table(columns, rows[:_FEW_MODES], label="Linear frequencies"),
+    )
+    if len(rows) > _FEW_MODES:
+        label = f"Modes {_FEW_MODES + 1} to {len(rows)}"
+        content += (folded(label, table(columns, rows[_FEW_MODES:], label=label)),)
+    return Section("linear", "Linear modes", content)
+
+
+def resonances(results: Results) -> Section:
+    """Internal resonances on the way."""
+    found = results.summary.get("internal_resonances", [])
+    columns = (
+        Column("resonance", "prose"),
+        Column("near (Hz)"),
+        Column("entered at gamma ratio", "prose"),
+        Column("left aside at gamma ratio", "prose"),
+    )
+    rows = [
+        (each["name"], f"{each['frequency']:.6g}", _list(each["entered"]), _list(each["skipped"]))
+        for each in found
+    ]
+    return Section(
+        "resonances",
+        "Internal resonances",
+        (
+            paragraph(
+                "Where a harmonic of the motion meets a linear mode, energy flows into that mode "
+                "and the frequency stands still."
+            ),
+            table(columns, rows, label="Internal resonances"),
+        )
+        if rows
+        else (),
+        _none(results, "no internal resonance was entered or left aside."),
+    )
+
+
+def bifurcations(results: Results) -> Section:
+    """Where the exact motions become stable or unstable, and where the branch turns."""
+    found = results.summary.get("bifurcations", [])
+    columns = (
+        Column("kind", "word"),
+        Column("gamma ratio (1)"),
+        Column("frequency (Hz)"),
+        Column("energy (J)"),
+        Column("before", "word"),
+        Column("after", "word"),
+    )
+    rows = [
+        (
+            each["kind"],
+            f"{each['gamma_ratio']:.6g}",
+            f"{each['frequency_Hz']:.8g}",
+            f"{each['energy_J']:.6g}",
+            _stable(each["stable_before"]),
+            _stable(each["stable_after"]),
+        )
+        for each in found
+    ]
+    content: tuple[Html, ...] = ()
+    if rows:
+        content += (table(columns, rows, label="Bifurcations"),)
+    content += tuple(paragraph(told) for told in _unlocated(results.summary))
+    return Section(
+        "bifurcations",
+        "Bifurcations",
+        content,
+        _none(results, "no change of stability was found along the branch."),
+    )
+
+
+def _unlocated(summary: dict[str, Any]) -> list[str]:
+    """Changes of stability whose place was not found."""
+    return [
+        f"Between gamma ratios {low:.6g} and {high:.6g} the stability changes; where and how was "
+        "not found."
+        for low, high in summary.get("bifurcations_not_located", [])
+    ]
+
+
+def _none(results: Results, told: str) -> str:
+    return told if results.summary else "the run was stopped before its summary."
+
+
+def _list(ratios: Sequence[float]) -> str:
+    return ", ".join(f"{ratio:.6g}" for ratio in ratios) or "none"
+
+
+def _stable(stable: bool) -> str:
+    return "stable" if stable else "unstable"

@@ -1,0 +1,97 @@
+"""The page as a whole: head, table of contents, sections."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from string import Template
+
+from fenics_nnm.output.html_report.elements import Html, bullets, element, joined, link, text
+from fenics_nnm.output.html_report.style import STYLE
+
+_PAGE = Template("""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta name="generator" content="$generator">
+<link rel="icon" href="data:,">
+<title>$title</title>
+<style>$style</style>
+</head>
+<body>
+<header>
+<p class="kicker">$kicker</p>
+<h1>$title</h1>
+</header>
+<nav aria-label="Contents">
+<h2>Contents</h2>
+$contents
+</nav>
+<main>
+$sections
+</main>
+<footer>$footer</footer>
+</body>
+</html>
+""")
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part of the page with a heading.
+
+    Attributes:
+        key: Name that links lead to.
+        title: Heading.
+        content: What it has; nothing if there is nothing to show.
+        absent: Why it has nothing; told in the last section then.
+    """
+
+    key: str
+    title: str
+    content: tuple[Html, ...]
+    absent: str = ""
+
+
+def page(
+    *, title: str, kicker: str, generator: str, footer: str, sections: Sequence[Section]
+) -> str:
+    """The text of the page.
+
+    Args:
+        title: Its title.
+        kicker: A line above the title.
+        generator: Name and version of the program.
+        footer: The last line.
+        sections: Its sections; a last one tells why those without content are not there.
+    """
+    shown = [section for section in sections if section.content]
+    absent = [f"{s.title}: {s.absent}" for s in sections if not s.content]
+    if absent:
+        shown.append(Section("absent", "Not in this report", (bullets(absent),)))
+    return _PAGE.substitute(
+        title=text(title),
+        kicker=text(kicker),
+        generator=text(generator),
+        footer=text(footer),
+        style=STYLE,
+        contents=_contents(shown),
+        sections=joined(_drawn(section) for section in shown),
+    )
+
+
+def _contents(sections: Sequence[Section]) -> Html:
+    return element("ol", *(element("li", link(s.title, f"#{s.key}")) for s in sections))
+
+
+def _drawn(section: Section) -> Html:
+    heading = element("h2", text(section.title), id=f"{section.key}-heading")
+    return element(
+        "section",
+        heading,
+        joined(section.content),
+        id=section.key,
+        aria_labelledby=f"{section.key}-heading",
+    )

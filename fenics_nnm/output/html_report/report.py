@@ -1,0 +1,115 @@
+"""The report of a results folder, from its files alone."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from urllib.parse import quote
+
+from fenics_nnm import __version__
+from fenics_nnm.errors import OutputError
+from fenics_nnm.output.gallery import make_pictures
+from fenics_nnm.output.html_report import contact, curve, origin, trust
+from fenics_nnm.output.html_report.elements import Html, bullets, element, facts, paragraph, text
+from fenics_nnm.output.html_report.figures import Gallery
+from fenics_nnm.output.html_report.page import Section, page
+from fenics_nnm.output.html_report.words import (
+    hardening,
+    sentences,
+    signed,
+    title_of,
+    warnings,
+)
+from fenics_nnm.output.pictures.results import Results, read_results
+from fenics_nnm.output.tables import write_backbone
+from fenics_nnm.time_domain.verdict import VERIFIED
+
+
+def write_report(folder: Path, file: Path) -> None:
+    """Write one HTML file about a results folder; it needs no other file and no network.
+
+    Args:
+        folder: Results folder of a run, of a mesh or of matrices.
+        file: File to write.
+
+    Raises:
+        OutputError: if there is no branch to tell of, or the file cannot be written.
+    """
+    results = read_results(folder)
+    with TemporaryDirectory() as scratch:
+        drawn = Path(scratch) / "pictures"
+        gallery = Gallery(drawn, make_pictures(folder, drawn, formats=("svg", "png")))
+        points = Path(scratch) / "backbone.csv"
+        write_backbone(points, results.points)
+        told = _told(results, gallery, points, _beside(folder, file))
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(told, "utf-8")
+    except OSError as error:
+        raise OutputError(f"{file}: cannot be written: {error.strerror or error}") from error
+
+
+def _beside(folder: Path, file: Path) -> str:
+    """Address of backbone.csv relative to the page; empty if there is none."""
+    table = folder / "backbone.csv"
+    if not table.exists():
+        return ""
+    return quote(os.path.relpath(table.resolve(), file.parent.resolve()))
+
+
+def _told(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
+    """The text of the page."""
+    return page(
+        title=title_of(results),
+        kicker=f"Nonlinear mode {results.header.mode} in unilateral contact",
+        generator=f"fenics_nnm {__version__}",
+        footer=f"Written by fenics-nnm report, version {__version__}, from branch.h5 and "
+        "summary.json. SI units unless a column says otherwise; frequencies are those of the "
+        "motion, not Rayleigh quotients.",
+        sections=[
+            _overview(results),
+            curve.curve(results, gallery),
+            _motion(results, gallery),
+            contact.contact(results, gallery),
+            curve.points(results, points, beside),
+            trust.verdicts(results),
+            trust.certificate(results, gallery),
+            curve.linear_frequencies(results),
+            curve.resonances(results),
+            curve.bifurcations(results),
+            origin.study_file(results),
+            origin.versions(results),
+        ],
+    )
+
+
+def _overview(results: Results) -> Section:
+    """What was computed, in figures and in words, and what to beware of."""
+    points = results.points
+    highest = max(points, key=lambda point: point.frequency)
+    verified = sum(point.status == VERIFIED for point in points)
+    content: tuple[Html, ...] = (
+        facts(
+            [
+                (f"Linear mode {results.header.mode}", f"{results.linear_frequency:.6g} Hz"),
+                ("Highest frequency", f"{highest.frequency:.6g} Hz"),
+                ("Largest hardening", f"{signed(hardening(highest))} %"),
+                ("Verified points", f"{verified} of {len(points)}"),
+            ]
+        ),
+    )
+    beware = warnings(results)
+    if beware:
+        heading = element("h3", text("Before you use these numbers"))
+        content += (element("div", heading, bullets(beware), class_="warnings"),)
+    content += tuple(paragraph(sentence) for sentence in sentences(results))
+    return Section("overview", "What was computed", content)
+
+
+def _motion(results: Results, gallery: Gallery) -> Section:
+    """Pictures of the body and of its motion."""
+    why = "the structure is given by matrices, so there is no body to draw."
+    if results.body is not None:
+        why = "there are no pictures of it."
+    return Section("motion", "Motion", gallery.figures("body", "motion"), why)

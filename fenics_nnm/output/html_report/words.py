@@ -1,0 +1,222 @@
+"""What was computed, in sentences and numbers as a designer says them."""
+
+from __future__ import annotations
+
+import tomllib
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.time_domain.stability import STABLE
+from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
+
+_THEORIES = {
+    "rod": "a rod (1-D)",
+    "plane-stress": "a plane body in plane stress (2-D)",
+    "plane-strain": "a plane body in plane strain (2-D)",
+    "solid": "a solid body (3-D)",
+}
+
+_REDUCTIONS = {
+    "massless": "free modes and a residual flexibility; its contact points carry no mass",
+    "craig-bampton": "constraint modes and modes with the contact points held (Craig-Bampton)",
+    "none": "the whole model at every harmonic (full order)",
+}
+
+#: What each status means, in half a sentence.
+MEANINGS = {
+    VERIFIED: "integration in time, which shares nothing with the harmonics, confirms the motion "
+    "and its frequency to 0.1 %",
+    CONVERGED: "solves its equations, but is not confirmed in time that tightly",
+    RESONANT: "another mode draws energy from the motion, so its frequency lags below the main "
+    "branch",
+    FAILED: "is no motion of the model: its frequency is not to be trusted",
+}
+
+
+def study_of(results: Results) -> dict[str, Any]:
+    """The values of the study file."""
+    return tomllib.loads(results.header.study)
+
+
+def title_of(results: Results) -> str:
+    """Title of the study."""
+    return str(study_of(results).get("title") or "Study without a title")
+
+
+def length(metres: float) -> str:
+    """A length in a unit that needs few zeros."""
+    for unit, size in (("m", 1.0), ("mm", 1e-3)):
+        if abs(metres) >= size:
+            return f"{metres / size:.4g} {unit}"
+    return f"{metres / 1e-6:.4g} µm" if metres else "0 m"
+
+
+def plain(value: float, digits: int = 4) -> str:
+    """A number of so many digits, without a power of ten where it needs few zeros."""
+    if not value or not 1e-3 <= abs(value) < 1e7:
+        return f"{value:.{digits}g}"
+    decimals = max(0, digits - 1 - int(np.floor(np.log10(abs(value)))))
+    return f"{value:,.{decimals}f}"
+
+
+def aligned(values: Sequence[float], digits: int) -> list[str]:
+    """Numbers with as many decimals as give the largest of them so many digits."""
+    largest = max((abs(value) for value in values), default=0.0)
+    decimals = max(0, digits - 1 - int(np.floor(np.log10(largest)))) if largest else 0
+    return [f"{value:.{decimals}f}" for value in values]
+
+
+def hardening(point: BranchPoint) -> float:
+    """How far the frequency is above that of the linear mode, in %."""
+    return 100 * (point.frequency_ratio - 1)
+
+
+def signed(percent: float) -> str:
+    """A change in %, with its sign; round-off is no change."""
+    if abs(percent) < 5e-7:
+        return "0"
+    return f"{percent:+.2f}" if abs(percent) >= 0.1 else f"{percent:+.2g}"
+
+
+def sentences(results: Results) -> list[str]:
+    """Structure, contact, mode, method and outcome, a paragraph each."""
+    return [
+        f"{_structure(results)} {_contact(results)}",
+        f"{_mode(results)} {_method(results)}",
+        f"{_outcome(results.points)} {_trust(results.points)}",
+    ]
+
+
+def _structure(results: Results) -> str:
+    study, sizes = study_of(results), results.summary
+    dofs = f" with {sizes['dofs']:,} degrees of freedom" if "dofs" in sizes else ""
+    if "matrices" in study:
+        return f"The structure is given by the stiffness and mass matrices of another code{dofs}."
+    mesh, theory = study.get("mesh", {}), study.get("body", {}).get("theory", "")
+    source = (
+        f"the mesh file {mesh['file']}" if "file" in mesh else f"the built-in {mesh.get('model')}"
+    )
+    return f"The structure is {_THEORIES.get(theory, 'a body')}, {source}{dofs}, linear elastic."
+
+
+def _contact(results: Results) -> str:
+    gap, count = results.model.gap, len(results.model.gap)
+    points = "One contact point" if count == 1 else f"{count} contact points"
+    low, high = float(gap.min()), float(gap.max())
+    across = length(low) if np.isclose(low, high) else f"{length(low)} to {length(high)}"
+    area = "" if results.areas is None else f" ({results.areas.sum() * 1e6:.4g} mm²)"
+    told = f"{points}{area} can meet an obstacle without friction across a gap of {across}."
+    return told + _rest(results.summary.get("at_rest"))
+
+
+def _rest(rest: dict[str, Any] | None) -> str:
+    """What is closed before anything moves; nothing where all gaps are open."""
+    if not rest:
+        return ""
+    force = plain(rest["contact_force_N"])
+    return (
+        f" At rest {rest['closed']} of them are closed, pressed with {force} N in all, and "
+        f"{rest['touching']} touch without force."
+    )
+
+
+def _mode(results: Results) -> str:
+    number = results.header.mode
+    begin = (
+        f"The nonlinear mode is the family of periodic motions that begins at linear mode {number} "
+        f"({results.linear_frequency:.6g} Hz)."
+    )
+    energy = results.summary.get("grazing_energy_J")
+    if not energy:
+        return begin
+    event = "The gamma ratio is 1 at" if "at_rest" in results.summary else "Contact begins at"
+    return (
+        f"{begin} {event} an energy of {plain(energy)} J: the gamma ratio is the modal energy "
+        "coordinate over its value there."
+    )
+
+
+def _method(results: Results) -> str:
+    header = results.header
+    method = study_of(results).get("reduction", {}).get("method", "massless")
+    return (
+        f"It was found by harmonic balance with {header.harmonics} harmonics and {header.samples} "
+        f"time samples of a period, on a model of {header.modes} modes: {_REDUCTIONS[method]}."
+    )
+
+
+def _outcome(points: Sequence[BranchPoint]) -> str:
+    first, last = points[0], points[-1]
+    highest = max(points, key=lambda point: point.frequency)
+    told = (
+        f"At a gamma ratio of {first.gamma_ratio:.4g} ({plain(first.energy)} J) the frequency is "
+        f"{first.frequency:.6g} Hz, at {last.gamma_ratio:.4g} ({plain(last.energy)} J) it is "
+        f"{last.frequency:.6g} Hz: {_compared(hardening(last))} that of the linear mode."
+    )
+    if highest.frequency > last.frequency * (1 + 1e-6):
+        told += (
+            f" It is highest at {highest.gamma_ratio:.4g}: {highest.frequency:.6g} Hz "
+            f"({signed(hardening(highest))} %)."
+        )
+    return told
+
+
+def _compared(percent: float) -> str:
+    if abs(percent) < 5e-7:
+        return "just"
+    return f"{abs(percent):.3g} % {'above' if percent > 0 else 'below'}"
+
+
+def _trust(points: Sequence[BranchPoint]) -> str:
+    counts = Counter(point.status for point in points)
+    listed = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
+    stable = sum(point.stability == STABLE for point in points)
+    known = sum(bool(point.stability) for point in points)
+    told = f"Of {len(points)} points: {listed}."
+    return f"{told} Stability is known of {known}: {stable} are stable." if known else told
+
+
+def warnings(results: Results) -> list[str]:
+    """What a reader must know before using a number, in plain words."""
+    points, summary = results.points, results.summary
+    told = []
+    if not summary:
+        told.append(
+            "The run was stopped before its end: there is no summary, and no point was checked "
+            "in time."
+        )
+    elif not summary["complete"]:
+        told.append(f"The run did not get all that was asked for: {summary['reason']}.")
+    told += [
+        f"At {each['gamma_ratio']:.6g} no motion on the branch was found: {each['reason']}."
+        for each in summary.get("failures", [])
+    ]
+    counts = Counter(point.status for point in points)
+    told += [
+        f"{counts[status]} of {len(points)} points {_plural(status, counts[status])}: {meaning}."
+        for status, meaning in MEANINGS.items()
+        if status in (FAILED, RESONANT) and counts[status]
+    ]
+    if summary and not counts[VERIFIED]:
+        told.append("No point is verified: see below why.")
+    told += _missed_tolerance(summary.get("auto", {}))
+    return told
+
+
+def _plural(status: str, count: int) -> str:
+    return {FAILED: "failed"}.get(status, f"{'is' if count == 1 else 'are'} {status}")
+
+
+def _missed_tolerance(auto: dict[str, Any]) -> list[str]:
+    if auto.get("met") is not False:
+        return []
+    limits = "; ".join(f"{name}: {why}" for name, why in auto.get("limits", {}).items())
+    return [
+        f"The tolerance of the frequency, {auto['tolerance']:g}, is not met"
+        + (f" ({limits})." if limits else ".")
+    ]

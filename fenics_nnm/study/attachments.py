@@ -1,0 +1,59 @@
+"""Sections of the study file about masses and springs attached to the body."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from fenics_nnm.study.record import FromList, Names, Positive, Record, Vector
+
+Stiffnesses = Annotated[
+    tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...],
+    Field(min_length=1, max_length=3),
+    FromList,
+]
+
+
+class _Attached(Record):
+    at: Vector | None = Field(None, description="coordinates in m: the nearest vertex is taken")
+    facets: Names | None = Field(None, description="name of a group of facets, or a list of names")
+
+    @model_validator(mode="after")
+    def _one_place(self) -> _Attached:
+        if (self.at is None) == (self.facets is None):
+            raise ValueError("at, facets: must have one of the two")
+        return self
+
+
+class MassSection(_Attached):
+    """A mass at a vertex, or spread evenly over facets."""
+
+    mass: Positive = Field(description="mass in kg, that of all facets together")
+
+
+class SpringSection(_Attached):
+    """Springs to the ground at a vertex, or spread evenly over facets."""
+
+    stiffness: Stiffnesses | None = Field(
+        None, description="[kx, ky, kz] in N/m, of all facets together; as many as dimensions"
+    )
+    foundation: Stiffnesses | None = Field(
+        None, description="[kx, ky, kz] in N/m^3, per area of facets; as many as dimensions"
+    )
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> SpringSection:
+        if (self.stiffness is None) == (self.foundation is None):
+            raise ValueError("stiffness, foundation: must have one of the two")
+        if self.foundation is not None and self.facets is None:
+            raise ValueError("foundation: is per area: needs facets")
+        if not any(self.values):
+            name = "stiffness" if self.foundation is None else "foundation"
+            raise ValueError(f"{name} = {list(self.values)}: must not be zero")
+        return self
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Stiffness along the axes in N/m, or N/m^3 of a foundation."""
+        return self.stiffness or self.foundation or ()

@@ -10,7 +10,7 @@ from fork_mesh import SLIT, fork, fork_study
 from mpi4py import MPI
 from petsc4py import PETSc
 from scipy import sparse
-from small_meshes import saved_model
+from small_meshes import QUADRANGLE, explicit, saved_model
 
 from fenics_nnm.analysis import harmonic_balance, linear_analysis, nonlinear_mode, wanted_motions
 from fenics_nnm.arrays import Array
@@ -183,6 +183,38 @@ def test_meshes_of_the_two_sides_need_not_match(degree: int, tmp_path: Path) -> 
 
     assert not np.isclose(y[:, None], np.linspace(0, 0.1, 10)).all()
     np.testing.assert_allclose(relative(analysis, field), 3.0 - y**degree, rtol=1e-12)
+
+
+def test_tip_of_a_crack_is_no_contact_point(tmp_path: Path) -> None:
+    """The node that both faces share cannot move relative to itself."""
+    heights = {0: 0.0, 1: 1.0, 2: 1.0, 3: 2.0}
+    nodes = [(float(x), y, 0.0) for y in heights.values() for x in range(4)]
+
+    def node(x: int, level: int) -> int:
+        return 4 * (1 if level == 2 and x < 2 else level) + x + 1
+
+    cells = [
+        [node(x, low), node(x + 1, low), node(x + 1, low + 1), node(x, low + 1)]
+        for x in range(3)
+        for low in (0, 2)
+    ]
+    used = sorted({number for cell in cells for number in cell})
+    again = {number: i + 1 for i, number in enumerate(used)}
+    edges = {
+        name: [[again[node(x, level)], again[node(x + 1, level)]] for x in places]
+        for name, level, places in (("bottom", 0, (0, 1, 2)), ("low", 1, (1, 2)), ("up", 2, (1, 2)))
+    }
+    explicit(
+        tmp_path / "crack.msh",
+        [nodes[number - 1] for number in used],
+        {QUADRANGLE: [[again[number] for number in cell] for cell in cells]},
+        edges,
+    )
+    values = fork_study(tmp_path / "crack.msh", facets="low", against="up", gap=1e-4)
+    found = analysed(tmp_path, values)[1].interface
+    assert found.left_out == (1,)
+    np.testing.assert_allclose(found.points, [[2, 1], [3, 1]])
+    np.testing.assert_allclose(found.gap, 1e-4)
 
 
 def test_pressure_of_both_sides_carries_the_contact_force(tmp_path: Path) -> None:

@@ -152,16 +152,23 @@ def _refuse_clamped(vertices: PatchVertices, patch: Patch) -> None:
 
 
 def _met(solid: Solid, patch: Patch, vertices: PatchVertices, directions: Array) -> Mask:
-    """Which vertices have a counterpart, if they need one."""
+    """Which vertices have a counterpart other than themselves, if they need one."""
     if patch.opposite is None:
         return np.ones(len(vertices.points), dtype=bool)
     across = counterparts(solid, patch.opposite.facets, vertices.points, directions)
-    if not across.met.any():
+    met = across.met & ~np.isin(vertices.numbers, _opposite_vertices(solid, patch).numbers)
+    if not met.any():
         raise ModelError(
             f"{patch.key}.against = {patch.opposite.what}: is not met by any line from "
             f"{patch.what} along the contact direction: must lie opposite"
         )
-    return across.met
+    return met
+
+
+def _opposite_vertices(solid: Solid, patch: Patch) -> PatchVertices:
+    assert patch.opposite is not None
+    key = f"{patch.key}.against"
+    return PatchVertices.of(solid, patch.opposite.facets, key, patch.opposite.what)
 
 
 def _chosen(patch: Patch, vertices: PatchVertices) -> Indices:
@@ -215,10 +222,7 @@ def _opposite_pressures(
         across: Counterparts of its contact points.
         places: Where they are in m, shape (n, dim).
     """
-    assert patch.opposite is not None
-    every = PatchVertices.of(
-        solid, patch.opposite.facets, f"{patch.key}.against", patch.opposite.what
-    )
+    every = _opposite_vertices(solid, patch)
     vertices = every.chosen(np.flatnonzero(np.isin(every.numbers, across.corners)))
     owned = solid.tagged.mesh.topology.index_map(0).size_local
     count, point = len(places), _nearest(vertices.points, places)

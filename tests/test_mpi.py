@@ -42,6 +42,20 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+GROUPS = """
+import sys
+from pathlib import Path
+from mpi4py import MPI
+from fenics_nnm.meshing import tagged_mesh
+from fenics_nnm.output.group_table import group_table
+from fenics_nnm.study import read_study
+
+text = group_table(tagged_mesh(read_study(Path(sys.argv[1])), MPI.COMM_WORLD))
+if MPI.COMM_WORLD.rank == 0:
+    print("\\n".join(text))
+"""
+
+
 def on_ranks(count: int, *arguments: object, folder: Path, seconds: float = 120) -> Ended:
     """Run python on some ranks; everything started is killed when the time is over."""
     command = ["mpirun", "-n", str(count), "--oversubscribe", sys.executable, *map(str, arguments)]
@@ -182,6 +196,29 @@ def test_bad_mesh_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
     assert ended.code == 2, ended.err
     (line,) = own_lines(ended)
     assert "2 facets lie inside the body" in line
+
+
+def test_picked_groups_are_the_same(study_file: StudyFile, tmp_path: Path) -> None:
+    """Also those that elements are made smaller at, and those of a face that ranks share."""
+    with small_meshes.saved_model(tmp_path / "body.step"):
+        small_meshes.gmsh.model.occ.addCylinder(0, 0, 0, 100, 0, 0, 10)
+        small_meshes.gmsh.model.occ.synchronize()
+    refine = [{"facets": "tip", "size": 3.0, "distance": 20.0}]
+    mesh = {"file": "body.step", "length_unit": "mm", "element_size": 8.0, "refine": refine}
+    groups = {
+        "root": {"x": 0.0},
+        "tip": {"nearest": {"point": [0.1, 0.0, 0.0]}},
+        "side": {"cylinder": {"axis": "x", "radius": 0.01}},
+    }
+    study = study_file(
+        BEAM, mesh={"=": mesh}, groups=groups, clamp={"facets": "root"}, contact={"facets": "tip"}
+    )
+    (tmp_path / "groups.py").write_text(GROUPS)
+    told = [on_ranks(n, "groups.py", study, folder=tmp_path) for n in (1, 2)]
+    assert [ended.code for ended in told] == [0, 0], told[1].err
+    tables = [ended.out for ended in told]
+    assert tables[0] == tables[1]
+    assert all(name in tables[0] for name in groups)
 
 
 @pytest.mark.parametrize("rank", [0, 1])

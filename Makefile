@@ -60,6 +60,8 @@ verify:
 	$(RUN) python3 demos/rotor37/reduction_study.py
 	$(RUN) python3 demos/rotor37/certificate.py
 	$(RUN) python3 tests/random_studies.py --count 200
+	$(RUN) fenics-nnm run tests/paraview/beam.toml --output results/paraview
+	$(RUN) --viewers pvbatch tests/paraview/open_files.py results/paraview/fields
 	$(MAKE) look
 
 # Pages as they are seen in a browser, on a desktop and on a telephone.

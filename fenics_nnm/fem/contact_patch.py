@@ -18,6 +18,9 @@ from fenics_nnm.fem.solid import Solid
 
 Field = Callable[[Array, Array], Array]
 
+#: Distances that differ by less than this part of a patch's size are the same.
+_TIE = 1e-9
+
 
 @dataclass(frozen=True, slots=True)
 class Opposite:
@@ -132,13 +135,19 @@ def spread(points: Array, count: int) -> Indices:
 
     Starts with the point farthest from the centre and adds the one farthest from all chosen.
     """
-    centre = points.mean(axis=0)
-    chosen = [int(np.argmax(np.linalg.norm(points - centre, axis=1)))]
+    distance = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    tie = _TIE * float(distance.max())
+    chosen = [_farthest(distance, tie)]
     distance = np.linalg.norm(points - points[chosen[0]], axis=1)
     while len(chosen) < count:
-        chosen.append(int(np.argmax(distance)))
+        chosen.append(_farthest(distance, tie))
         distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
     return np.sort(np.array(chosen, dtype=np.int64))
+
+
+def _farthest(distance: Array, tie: float) -> int:
+    """The first of the largest distances, which may differ by round-off."""
+    return int(np.argmax(distance >= distance.max() - tie))
 
 
 def _refuse_clamped(vertices: PatchVertices, patch: Patch) -> None:

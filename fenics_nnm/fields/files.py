@@ -19,6 +19,9 @@ from fenics_nnm.fields.vtu import grid_file
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output.stored_branch import StoredBranch
 
+#: Gaps that differ by less than this part of their range are the same: in contact all are zero.
+_TIE = 1e-9
+
 
 def write_motions(
     folder: Path,
@@ -78,7 +81,8 @@ def _mode_shapes(branch: StoredBranch, point: BranchPoint, name: str) -> dict[st
     phase = 2 * np.pi * np.arange(branch.header.samples) / branch.header.samples
     gap = branch.gap(point, phase)
     moves_most = int(np.argmax(np.ptp(gap, axis=0)))
-    closed, opened = np.argmin(gap[:, moves_most]), np.argmax(gap[:, moves_most])
+    moved, tie = gap[:, moves_most], _TIE * np.ptp(gap)
+    closed, opened = np.argmax(moved <= moved.min() + tie), np.argmax(moved >= moved.max() - tie)
     nearest, farthest = branch.displacement(point, phase[[closed, opened]])
     return {
         f"gamma {name} closed: displacement (m)": in_space(nearest),

@@ -52,7 +52,10 @@ verify:
 	$(RUN) python3 demos/bilinear/bilinear.py
 	$(RUN) python3 demos/rod/discretisations.py
 	$(RUN) python3 demos/rod/automatic.py
+	$(RUN) python3 demos/rod/zero_gap.py
+	$(RUN) python3 demos/rod/preload.py
 	$(RUN) python3 demos/plate/plate.py
+	$(RUN) python3 tests/square_plate.py
 	$(RUN) python3 demos/rotor37/mesh_study.py
 	$(RUN) python3 demos/rotor37/reduction_study.py
 	$(RUN) python3 demos/rotor37/certificate.py

@@ -93,11 +93,18 @@ def test_animation_has_all_frames_of_one_size_and_moves(drawn: Path) -> None:
             frames.append(np.asarray(gif.convert("RGB"), dtype=float))
     assert len({frame.shape for frame in frames}) == 1
     changes = [np.abs(frame - frames[0]).mean() for frame in frames[1:]]
-    assert max(changes) > 5 * changes[-1] > 0
+    assert max(changes) > 2 * changes[-1] > 0
+    # the motion is time-reversible, so it comes back the way it went; the written time does not
+    back = [np.abs(frames[k] - frames[-k]).mean() for k in range(1, FRAMES // 2)]
+    assert max(back) < 0.2 * max(changes)
 
 
 def test_plots_are_made_without_a_renderer(
-    rod: Path, tmp_path: Path, command: Callable[..., Ended], monkeypatch: pytest.MonkeyPatch
+    rod: Path,
+    tmp_path: Path,
+    command: Callable[..., Ended],
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     broken = tmp_path / "broken"
     broken.write_text("#!/bin/sh\necho 'no display' >&2\nkill -ABRT $$\n")
@@ -105,7 +112,7 @@ def test_plots_are_made_without_a_renderer(
     monkeypatch.setattr(sys, "executable", str(broken))
     ended = command("plot", rod, "--output", tmp_path / "drawn", "--formats", "svg,pdf")
     assert ended.code == 0
-    (line,) = ended.err.splitlines()
+    (line,) = caplog.messages
     assert "left out" in line and "signal 6" in line and "no display" in line
     (line,) = ended.out.splitlines()
     assert MANIFEST in line
@@ -124,7 +131,7 @@ def test_matrices_have_plots_of_their_own(tmp_path: Path, command: Callable[...,
     for name, matrix in (("K", K), ("M", np.eye(3)), ("B", np.array([[0.0, 0.0, 1.0]]))):
         np.save(folder / f"{name}.npy", matrix)
     study = {
-        "matrices": {"stiffness": "K.npy", "mass": "M.npy", "contact": "B.npy"},
+        "matrices": {"stiffness": "K.npy", "mass": "M.npy", "contact_rows": "B.npy"},
         "contact": {"gap": 1e-3},
         "reduction": {"modes": 2},
         "mode": {"harmonics": 5, "samples": 64},

@@ -58,16 +58,20 @@ def contact_pressure(results: Results, point: BranchPoint, phase: Array) -> Arra
 def contact_order(results: Results) -> tuple[Indices, str]:
     """Contact points in an order that keeps neighbours together, and what the order is.
 
-    Those of a mesh lie along the longest direction of their cloud (its first principal axis).
+    Those of a mesh lie along the longest direction of their cloud (its first principal axis), one
+    patch after the other.
     """
-    if results.body is None:
+    body = results.body
+    if body is None:
         return np.arange(results.model.points), "in the order of the matrices"
-    places = results.body.contact_points - results.body.contact_points.mean(axis=0)
+    places = body.contact_points - body.contact_points.mean(axis=0)
     axis = np.linalg.svd(places, full_matrices=False)[2][0]
     axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
     nearest = int(np.argmax(np.abs(axis)))
     along = f"along {'xyz'[nearest]}" if abs(axis[nearest]) > _ALONG else "along the patch"
-    return np.argsort(places @ axis, kind="stable"), along
+    patches = body.contact_patches
+    along += ", patch by patch" if np.ptp(patches) else ""
+    return np.lexsort([places @ axis, patches]), along
 
 
 def touching_shares(results: Results) -> tuple[Array, Array, Array]:

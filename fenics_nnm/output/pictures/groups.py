@@ -19,7 +19,7 @@ from fenics_nnm.output.pictures.panels import height_over_width, legend_of, show
 from fenics_nnm.output.pictures.renderer import Image, RenderError, render
 from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
-from fenics_nnm.output.pictures.style import BLACK, CURVES, DPI, new_figure, unit_for
+from fenics_nnm.output.pictures.style import BLACK, CURVES, new_figure, unit_for
 from fenics_nnm.study import MeshStudy, Study
 
 #: Colours of groups of facets, and light ones of groups of cells; then from the beginning.
@@ -29,8 +29,8 @@ _CELLS = ("#d7dee6", "#f0e6c8", "#d9ead3", "#ead1dc", "#cfe2f3", "#fce5cd")
 #: Length of the arrows at contact points, as a part of the size of the body.
 _ARROW = 0.09
 
-#: Longer side of a panel in pixels, and its width in inches.
-_PIXELS, _WIDTH = 900, 4.6
+#: Longer side of a panel in pixels, its width in inches, and dots per inch of the file.
+_PIXELS, _WIDTH, _DOTS = 900, 4.6, 150
 
 #: Names of groups stand so far apart, beside and above each other, in points, and in such boxes.
 _APART = np.array([60.0, 13.0])
@@ -126,7 +126,7 @@ def _compose(
             if len(groups.facets[name]) and int(np.argmax([t[name] for t in turned])) == number
         ]
         _name(axes, camera, {name: _middle(groups, name) for name in shown})
-    figure.savefig(path, dpi=DPI)
+    figure.savefig(path, dpi=_DOTS)
 
 
 def _body(groups: MeshGroups, skin: Skin) -> list[Layer]:

@@ -15,8 +15,8 @@ from fenics_nnm.output.html_report.elements import Html, element, image, joined,
 #: Media types of the files that a page can show.
 _KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
 
-#: Pictures of bodies that are wider than so many times their height have a row of their own.
-_WIDE = 1.3
+#: Pictures with more pixels across show several bodies, and have a row of their own.
+_WIDE = 1300
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class Gallery:
         told = element(
             "figcaption", element("strong", text(f"{picture.title}. ")), text(picture.caption)
         )
-        if path.suffix == ".svg" or size[0] < _WIDE * size[1]:
+        if size[0] < _WIDE:
             return element("figure", shown, told)
         return element("figure", element("div", shown, class_="pan"), told, class_="wide")
 

@@ -38,6 +38,15 @@ MEANINGS = {
 }
 
 
+#: What to know of points before their frequencies are used.
+_DOUBTFUL = {
+    FAILED: "failed the check in time: they are no motions of the model, and their frequencies are "
+    "not to be trusted. More mode.harmonics and mode.samples may help.",
+    RESONANT: "are inside an internal resonance: another mode draws energy from the motion, so "
+    "their frequencies lag below the main branch.",
+}
+
+
 def study_of(results: Results) -> dict[str, Any]:
     """The values of the study file."""
     return tomllib.loads(results.header.study)
@@ -109,7 +118,7 @@ def _contact(results: Results) -> str:
     points = _counted(count, "contact point")
     low, high = float(gap.min()), float(gap.max())
     across = length(low) if np.isclose(low, high) else f"{length(low)} to {length(high)}"
-    area = "" if results.areas is None else f" ({results.areas.sum() * 1e6:.4g} mm²)"
+    area = "" if results.areas is None else f" ({plain(1e6 * float(results.areas.sum()))} mm²)"
     told = f"{points}{area} can meet an obstacle without friction across a gap of {across}."
     return told + _rest(results.summary.get("at_rest"))
 
@@ -206,18 +215,14 @@ def warnings(results: Results) -> list[str]:
     ]
     counts = Counter(point.status for point in points)
     told += [
-        f"{counts[status]} of {len(points)} points {_plural(status, counts[status])}: {meaning}."
-        for status, meaning in MEANINGS.items()
-        if status in (FAILED, RESONANT) and counts[status]
+        f"{counts[status]} of {len(points)} points {what}"
+        for status, what in _DOUBTFUL.items()
+        if counts[status]
     ]
     if summary and not counts[VERIFIED]:
         told.append("No point is verified: see below why.")
     told += _missed_tolerance(summary.get("auto", {}))
     return told
-
-
-def _plural(status: str, count: int) -> str:
-    return {FAILED: "failed"}.get(status, f"{'is' if count == 1 else 'are'} {status}")
 
 
 def _missed_tolerance(auto: dict[str, Any]) -> list[str]:

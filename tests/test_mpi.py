@@ -11,9 +11,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import h5py
+import numpy as np
 import pytest
 import small_meshes
 from conftest import BEAM, PLATE, Ended
+from fork_mesh import fork, fork_study
 
 from fenics_nnm.output import branch_file
 
@@ -101,6 +104,43 @@ def test_two_ranks_give_the_backbone_of_one(
     assert rows(tmp_path / "two" / "backbone.csv") == rows(tmp_path / "one" / "backbone.csv")
     _, one = branch_file.read(tmp_path / "one" / "branch.h5")
     assert len(one) == len(rows(tmp_path / "two" / "backbone.csv")) == 4
+
+
+SEVERAL: list[dict[str, Any]] = [
+    {"name": "tines", "facets": "left tine", "against": "right tine"},
+    {
+        "name": "stop",
+        "facets": "right tine",
+        "direction": [0.0, 1.0],
+        "points": 2,
+        "rows": "averaged",
+        "casing": {"shape": "cylinder", "axis": "z", "radius": 0.2},
+    },
+]
+
+
+def test_two_ranks_have_the_same_patches(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """The tines are on both ranks, and each row of facing patches may be, too."""
+    fork(tmp_path / "fork.msh", right=9)
+    values = fork_study(tmp_path / "fork.msh", patch=SEVERAL)
+    values["reduction"]["modes"] = 3
+    values["continuation"] = {"energies": {"from": 0.9, "to": 1.1, "step": 0.1}, "shooting": False}
+    study = study_file(values)
+    assert command("run", study, "--output", "one").code == 0
+    ended = on_ranks(2, "-m", "fenics_nnm", "run", study, "--output", "two", folder=tmp_path)
+    assert ended.code == 0, ended.err
+    one, two = (branch_file.read(tmp_path / name / "branch.h5") for name in ("one", "two"))
+    np.testing.assert_allclose(two[0].model.R, one[0].model.R, rtol=1e-9)
+    np.testing.assert_allclose(np.abs(two[0].model.Phi), np.abs(one[0].model.Phi), atol=1e-7)
+    assert [point.frequency for point in two[1]] == pytest.approx(
+        [point.frequency for point in one[1]], rel=1e-8
+    )
+    with h5py.File(tmp_path / "one/branch.h5") as a, h5py.File(tmp_path / "two/branch.h5") as b:
+        for name in ("points", "directions", "areas", "patches", "patch_names"):
+            np.testing.assert_array_equal(a["contact"][name][:], b["contact"][name][:])
+        np.testing.assert_allclose(a["model/gap"][:], b["model/gap"][:], rtol=1e-13)
 
 
 def test_check_prints_once(study_file: StudyFile, command: Command, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from scipy.sparse import coo_array, csr_array
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.errors import MeshError, ModelError
+from fenics_nnm.fem.averaged_rows import averaged_entries
 from fenics_nnm.fem.facing import Counterparts, counterparts
 from fenics_nnm.fem.patch_vertices import PatchVertices
 from fenics_nnm.fem.rows import Entries, owned_rows
@@ -45,6 +46,8 @@ class Patch:
             facets opposite.
         count: Number of points to spread evenly over the vertices, or None for all vertices.
         opposite: Facets that the patch can meet in place of a rigid obstacle.
+        averaged: Whether contact points have the mean displacement of the area about them, in
+            place of that of their vertex; not with facets opposite.
     """
 
     key: str
@@ -55,6 +58,7 @@ class Patch:
     gap: Field | None
     count: int | None = None
     opposite: Opposite | None = None
+    averaged: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +100,11 @@ def patch_points(solid: Solid, patch: Patch) -> PatchPoints:
     vertices, directions = vertices.chosen(np.flatnonzero(met)), directions[met]
     chosen = _chosen(patch, vertices)
     points, directions = vertices.points[chosen], directions[chosen]
-    entries = _vertex_entries(vertices, chosen)
     nearest = _nearest(vertices.points, points)
+    if patch.averaged:
+        entries = averaged_entries(solid, patch.facets, vertices, nearest)
+    else:
+        entries = _vertex_entries(vertices, chosen)
     owned = solid.tagged.mesh.topology.index_map(0).size_local
     pressures = _pressures(vertices, nearest, len(chosen), owned)
     gap = None if patch.gap is None else patch.gap(points, directions)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,11 @@ import gmsh
 import numpy as np
 from dolfinx.cpp.mesh import cell_entity_type, to_type
 
-from fenics_nnm.arrays import Indices
+from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.compat import cell_permutation, ufl_mesh
 from fenics_nnm.fem.raw_mesh import RawMesh
+from fenics_nnm.fem.serendipity import completed
 
 #: Element shapes of gmsh that can be used, by the first word of their name.
 _SHAPES = ("Line", "Triangle", "Quadrilateral", "Tetrahedron", "Hexahedron")
@@ -43,11 +44,8 @@ def open_mesh(path: Path) -> None:
     """Read a file with a mesh into the current gmsh model.
 
     Raises:
-        MeshError: if there is no such file, gmsh cannot read it or it holds no mesh.
+        MeshError: if gmsh cannot read it or it holds no mesh.
     """
-    if not path.is_file():
-        what = "is not a file" if path.exists() else "there is no such file"
-        raise MeshError(f"mesh.file = {path}: {what}")
     try:
         gmsh.merge(str(path))
     except Exception as error:  # gmsh raises bare Exception
@@ -73,45 +71,55 @@ def extracted(name: str) -> RawMesh:
             "contact facets (gmsh: Physical Volume, Physical Surface ...)"
         )
     bodies = {group: entities for (d, group), entities in groups.items() if d == dim}
-    cell_type, cells, owner = _cells(name, dim, list(bodies.values()))
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    points = coordinates.reshape(-1, 3)
+    kind, tags, owner = _cells(name, dim, list(bodies.values()))
+    points, row = _used_nodes(tags)
     if dim < 3 and np.abs(points[:, dim:]).max() > 1e-9 * np.ptp(points, axis=0).max():
         raise MeshError(
             f"{name}: the largest elements have dimension {dim}, but the mesh leaves "
             f"{'the x axis' if dim == 1 else 'the x-y plane'} (no shells or curved beams; "
             "the body needs a physical group too)"
         )
-    row = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
-    row[tags.astype(np.int64)] = np.arange(len(tags))
-    facets = {
-        group: row[_facet_nodes(cell_type, dim - 1, entities)]
-        for (d, group), entities in groups.items()
-        if d == dim - 1
-    }
-    facets = {group: nodes for group, nodes in facets.items() if len(nodes)}
+    whole = completed(kind, points, row[tags])
+    cell = to_type(str(ufl_mesh(whole.cell_type, dim, np.float64).ufl_cell()))
+    facets = {}
+    for (d, group), entities in groups.items():
+        if d == dim - 1:
+            nodes = row[_facet_nodes(dim - 1, entities)]
+            nodes = whole.facets(nodes[(nodes >= 0).all(axis=1)])
+            shape = cell_entity_type(cell, dim - 1, 0)
+            facets[group] = nodes[:, cell_permutation(shape, nodes.shape[1])]
     return RawMesh(
-        cell_type,
+        whole.cell_type,
         dim,
-        np.ascontiguousarray(points[:, :dim]),
-        row[cells],
-        facets,
+        np.ascontiguousarray(whole.points[:, :dim]),
+        whole.cells[:, cell_permutation(cell, whole.cells.shape[1])],
+        {group: nodes for group, nodes in facets.items() if len(nodes)},
         {group: np.flatnonzero(np.isin(owner, entities)) for group, entities in bodies.items()},
     )
 
 
+def _used_nodes(tags: Indices) -> tuple[Array, Indices]:
+    """Coordinates of the nodes of cells, and the row of each tag, -1 for nodes of no cell."""
+    number, coordinates, _ = gmsh.model.mesh.getNodes()
+    used = np.isin(number, tags)
+    row = np.full(int(number.max()) + 1, -1, dtype=np.int64)
+    row[number[used].astype(np.int64)] = np.arange(used.sum())
+    return coordinates.reshape(-1, 3)[used], row
+
+
 def _named_groups() -> dict[tuple[int, str], Indices]:
     """Entities of each physical group that has elements, by dimension and name."""
-    groups = {}
+    groups: dict[tuple[int, str], Indices] = {}
     for dim, tag in gmsh.model.getPhysicalGroups():
         entities = gmsh.model.getEntitiesForPhysicalGroup(dim, tag)
         if any(sum(map(len, gmsh.model.mesh.getElements(dim, e)[1])) for e in entities):
-            groups[dim, gmsh.model.getPhysicalName(dim, tag) or str(tag)] = entities
+            key = dim, gmsh.model.getPhysicalName(dim, tag) or str(tag)
+            groups[key] = np.union1d(groups.get(key, entities), entities)
     return groups
 
 
 def _cells(name: str, dim: int, groups: list[Indices]) -> tuple[int, Indices, Indices]:
-    """Element type, node tags in dolfinx's order of nodes, and entity of the cells."""
+    """Element type, node tags in gmsh's order, and entity of the cells."""
     blocks: dict[int, list[Any]] = {}
     owners = []
     for entity in np.unique(np.concatenate(groups)):
@@ -120,15 +128,24 @@ def _cells(name: str, dim: int, groups: list[Indices]) -> tuple[int, Indices, In
             _check_elements(name, int(kind), kind_tags)
             blocks.setdefault(int(kind), []).append(kind_nodes.reshape(len(kind_tags), -1))
             owners.append(np.full(len(kind_tags), entity))
-    if len(blocks) > 1:
-        kinds = ", ".join(_shape(kind) for kind in blocks)
-        raise MeshError(f"{name}: mixes the cell types {kinds}: must be of one type")
+    check_one_type(name, {_shape(kind): sum(map(len, parts)) for kind, parts in blocks.items()})
     kind, parts = next(iter(blocks.items()))
-    nodes = np.concatenate(parts).astype(np.int64)
-    permutation = cell_permutation(
-        to_type(str(ufl_mesh(kind, dim, np.float64).ufl_cell())), nodes.shape[1]
-    )
-    return kind, nodes[:, permutation], np.concatenate(owners)
+    return kind, np.concatenate(parts).astype(np.int64), np.concatenate(owners)
+
+
+def check_one_type(name: str, counts: Mapping[str, int]) -> None:
+    """Refuse cells of several types.
+
+    Args:
+        name: What is read, for messages.
+        counts: Number of cells of each type.
+
+    Raises:
+        MeshError: if there is more than one type.
+    """
+    if len(counts) > 1:
+        kinds = " and ".join(f"{count} {kind}" for kind, count in counts.items())
+        raise MeshError(f"{name}: mixes the cell types {kinds}: must be of one type")
 
 
 def _shape(kind: int) -> str:
@@ -165,14 +182,10 @@ def _degenerate(kind: int, tags: Any) -> Any:
     return tags[folded | (np.abs(quality(tags, "minSICN")) < _FLAT)]
 
 
-def _facet_nodes(cell_type: int, dim: int, entities: Any) -> Indices:
-    """Node tags of all elements of a facet group, in dolfinx's order of nodes."""
+def _facet_nodes(dim: int, entities: Any) -> Indices:
+    """Node tags of all elements of a facet group, in gmsh's order of nodes."""
     parts = []
     for entity in entities:
         types, tags, nodes = gmsh.model.mesh.getElements(dim, int(entity))
         parts += [n.reshape(len(t), -1) for _, t, n in zip(types, tags, nodes, strict=True)]
-    if not parts:
-        return np.empty((0, 1), dtype=np.int64)
-    nodes = np.concatenate(parts).astype(np.int64)
-    cell = to_type(str(ufl_mesh(cell_type, dim + 1, np.float64).ufl_cell()))
-    return nodes[:, cell_permutation(cell_entity_type(cell, dim, 0), nodes.shape[1])]
+    return np.concatenate(parts).astype(np.int64)

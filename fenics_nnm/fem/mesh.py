@@ -13,7 +13,8 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
-from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session, open_mesh
+from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
+from fenics_nnm.fem.mesh_file import read_raw
 from fenics_nnm.fem.raw_mesh import RawMesh, distributed
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.geometry.parameters import METRES
@@ -46,33 +47,32 @@ class TaggedMesh:
             what: The study's key, for the message.
 
         Raises:
-            MeshError: if a name is not in the mesh.
+            MeshError: if a name is not in the mesh, or has no facets.
         """
         for name in names:
             if name not in self.facets:
                 known = ", ".join(f'"{known}"' for known in sorted(self.facets)) or "none"
                 raise MeshError(f'{what} = "{name}": the mesh has no such group; it has {known}')
+            if not self.mesh.comm.allreduce(len(self.facets[name])):
+                raise MeshError(
+                    f'{what} = "{name}": the group has no facets: a set of nodes has those whose '
+                    "nodes all belong to it"
+                )
         return np.unique(np.concatenate([self.facets[name] for name in names]))
 
 
 def read_mesh(path: Path, length_unit: str, comm: MPI.Comm) -> TaggedMesh:
-    """Read a .msh file with named physical groups.
+    """Read a mesh of gmsh or of another program with its named groups.
 
     Args:
-        path: File that gmsh can open as a mesh.
+        path: File with a mesh.
         length_unit: Unit of its coordinates, a key of `METRES`.
         comm: Communicator of the mesh.
 
     Raises:
         MeshError: if the file cannot be used; the message says why.
     """
-
-    def read() -> RawMesh:
-        with gmsh_session(str(path)):
-            open_mesh(path)
-            return extracted(str(path))
-
-    return _tagged(read, METRES[length_unit], comm)
+    return spread_mesh(lambda: read_raw(path), METRES[length_unit], comm)
 
 
 def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
@@ -89,9 +89,15 @@ def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
             geometry.build(gmsh.model)
             return extracted(name)
 
-    return _tagged(read, METRES[geometry.length_unit], comm)
+    return spread_mesh(read, METRES[geometry.length_unit], comm)
 
 
-def _tagged(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> TaggedMesh:
-    """Spread the mesh that rank 0 reads over the ranks, in metres."""
+def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> TaggedMesh:
+    """Spread the mesh that rank 0 reads over the ranks.
+
+    Args:
+        read: Called on rank 0 alone; what it raises is raised on all ranks.
+        metres: Metres in one unit of its coordinates.
+        comm: Communicator of the mesh.
+    """
     return TaggedMesh(*distributed(read, metres, comm))

@@ -19,10 +19,11 @@ from fenics_nnm.fem.reference_cell import ReferenceCell, reference_cell
 
 #: Weights that decide where a patch is too thin for its polynomial, by degree: the higher terms
 #: vanish then. Their squares are the relative error where it is not.
-_RESERVE = (0.0, 1e-8, 1e-6)
+_RESERVE = (0.0, 1e-9, 1e-5)
 
-#: A patch with fewer points than this for each coefficient is enlarged by its neighbours.
-_POINTS_PER_COEFFICIENT = 2
+#: A patch with fewer points than this for each coefficient is enlarged by its neighbours; on a
+#: line as many points as coefficients are never badly placed.
+_POINTS_PER_COEFFICIENT = {1: 1, 2: 2, 3: 2}
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +103,7 @@ def _smoothing(mesh: FieldMesh, samples: Array) -> sparse.csr_array:
     """Weights of the samples of all cells at each node, shape (n, cells s)."""
     count, per_cell = len(mesh.nodes), samples.shape[1]
     powers = _monomials(mesh.cell.dim, mesh.cell.degree)
-    patches = _patches(mesh, per_cell, _POINTS_PER_COEFFICIENT * len(powers))
+    patches = _patches(mesh, per_cell, _POINTS_PER_COEFFICIENT[mesh.cell.dim] * len(powers))
     node, vertex, weight = _pairs(mesh)
     start = np.searchsorted(vertex, np.arange(count + 1))
     flat = samples.reshape(-1, mesh.cell.dim)

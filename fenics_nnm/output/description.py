@@ -29,6 +29,7 @@ def describe(study: Study, analysis: Analysis) -> str:
         f"{event:16s} at {energy:.6g} J for mode {study.mode.number}, first at "
         f"{report.place(rest.first(mode))}",
         f"largest motion   {largest} {when}",
+        *report.groups(),
         "",
         " mode   frequency (Hz)   motion at contact (kg^-1/2)",
     ]

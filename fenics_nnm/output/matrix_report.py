@@ -41,6 +41,10 @@ class MatrixReport:
             f"contact          {matrices.points} rows, gap {gaps}",
         ]
 
+    def groups(self) -> list[str]:
+        """Nothing: matrices have no groups."""
+        return []
+
     def place(self, point: int) -> str:
         """Number of a contact row."""
         return f"contact row {point + 1}"

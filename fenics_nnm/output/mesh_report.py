@@ -21,6 +21,7 @@ from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
+from fenics_nnm.output.group_table import group_table
 from fenics_nnm.output.material_report import attachment_lines, material_lines
 from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.stages import Stages
@@ -48,18 +49,21 @@ class MeshReport:
         }
 
     def heading(self) -> list[str]:
-        """Mesh, groups and contact in words."""
+        """Mesh and contact in words."""
         solid, interface = self.analysis.solid, self.analysis.interface
         return [
             f"mesh             {self._cells()} cells, {solid.dofs} degrees of freedom",
             f"bounding box     {self._box()} m",
-            f"facet groups     {', '.join(sorted(solid.tagged.facets))}",
             *material_lines(solid),
             *attachment_lines(solid, interface),
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
             f"gap {interface.gap.min():.4g} m",
             *(f"  {patch}" for patch in patch_summaries(interface)),
         ]
+
+    def groups(self) -> list[str]:
+        """Table of the named groups."""
+        return group_table(self.analysis.solid.tagged)
 
     def place(self, point: int) -> str:
         """Coordinates of a contact point, with its patch if there are several."""

@@ -24,6 +24,9 @@ class Report(Protocol):
     def heading(self) -> list[str]:
         """Lines of `fenics-nnm check` about the structure and its contact points."""
 
+    def groups(self) -> list[str]:
+        """Lines of `fenics-nnm check` about named groups."""
+
     def place(self, point: int) -> str:
         """Where a contact point is."""
 

@@ -1,21 +1,12 @@
-"""Sections of the study file about the body: its mesh, theory and clamp."""
+"""Sections of the study file about the body: its theory and clamp."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.geometry.parameters import LengthUnit
 from fenics_nnm.study.record import Names, Positive, Record
-
-
-class MeshFile(Record):
-    """A mesh made elsewhere, with named physical groups."""
-
-    file: Annotated[Path, Field(strict=False, description="a .msh file, relative to the study")]
-    length_unit: LengthUnit = Field(description="the unit of the file's coordinates")
 
 
 class BodySection(Record):

@@ -10,6 +10,9 @@ from pydantic import Field
 from fenics_nnm.fields.selection import DEFAULT_FIELDS, FieldName
 from fenics_nnm.study.record import FromList, Record
 
+#: Fewer frames of a period would not show a motion.
+LEAST_FRAMES = 24
+
 
 class OutputSection(Record):
     """Where results go."""
@@ -17,8 +20,8 @@ class OutputSection(Record):
     folder: Annotated[Path, Field(strict=False)] | None = Field(
         None, description="folder of the results; the default is results/ and the study's name"
     )
-    frames: Annotated[int, Field(ge=24)] = Field(
-        24, description="frames of a period in the ParaView files, at least 24"
+    frames: Annotated[int, Field(ge=LEAST_FRAMES)] = Field(
+        LEAST_FRAMES, description="frames of a period in the ParaView files, at least 24"
     )
     fields: Annotated[tuple[FieldName, ...], Field(min_length=1), FromList] = Field(
         DEFAULT_FIELDS, description="fields that are written for ParaView"

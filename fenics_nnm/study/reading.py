@@ -14,23 +14,25 @@ from pydantic import BaseModel, ValidationError
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Fork, Plate, Rod, Shroud
 from fenics_nnm.study.attachments import MassSection, SpringSection
-from fenics_nnm.study.body import MeshFile
 from fenics_nnm.study.contact import ContactSection, PatchesSection
+from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import material_record
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
+from fenics_nnm.study.mesh import CAD_ENDINGS, CadFile, MeshFile
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
-
-_MODELS: dict[str, type[BaseModel]] = {
-    str(record.model_fields["model"].default): record
-    for record in (Rod, Beam, Plate, Fork, Shroud, Blade)
-}
 
 #: Record of each section that may come several times, by its values.
 _LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
     "material": material_record,
     "mass": lambda values: MassSection,
     "spring": lambda values: SpringSection,
+}
+
+#: Records of the built-in geometries by their name.
+_MODELS: dict[str, type[BaseModel]] = {
+    str(record.model_fields["model"].default): record
+    for record in (Rod, Beam, Plate, Fork, Shroud, Blade)
 }
 
 
@@ -69,7 +71,7 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
         for name, record in filter(None, parts):
             values = {**values, name: _checked(record, values[name], (name,), path)}
         if kind is MeshStudy:
-            values = {**values, **_listed(values, path)}
+            values = {**values, **_listed(values, path), **_groups(values, path)}
         return _checked(kind, values, (), path)
     except ValidationError as error:
         raise StudyError(f"{path}: {error}") from error
@@ -93,6 +95,26 @@ def _checked(record: type[BaseModel], values: Any, place: tuple[str, ...], path:
         raise StudyError(f"{path}: {first_error(error, record, values, place)}") from error
 
 
+def _groups(values: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Picked groups, checked one by one, as their names may be any."""
+    if "groups" not in values:
+        return {}
+    groups = values["groups"]
+    if not isinstance(groups, dict):
+        raise StudyError(f"{path}: groups = {shown(groups)}: must be a section with keys")
+    for name, group in groups.items():
+        if not isinstance(group, dict):
+            raise StudyError(
+                f"{path}: groups.{name} = {shown(group)}: must be a section with conditions"
+            )
+    return {
+        "groups": {
+            name: _checked(GroupSection, group, ("groups", name), path)
+            for name, group in groups.items()
+        }
+    }
+
+
 def _matrices_record(
     values: dict[str, Any], path: Path
 ) -> tuple[str, type[MatrixArchive | MatrixFiles]] | None:
@@ -113,13 +135,14 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     if not isinstance(mesh, dict):
         raise StudyError(f"{path}: mesh = {shown(mesh)}: must be a section with keys")
     if "file" in mesh:
-        return "mesh", MeshFile
+        cad = isinstance(mesh["file"], str) and Path(mesh["file"]).suffix.lower() in CAD_ENDINGS
+        return "mesh", CadFile if cad else MeshFile
     model = mesh.get("model")
     if not isinstance(model, str) or model not in _MODELS:
         known = ", ".join(f'"{name}"' for name in _MODELS)
         given = f"mesh.model = {shown(model)}:" if "model" in mesh else "mesh.model: is missing,"
         raise StudyError(
-            f"{path}: {given} must be one of {known}, or mesh.file the name of a .msh file"
+            f"{path}: {given} must be one of {known}, or mesh.file the name of a mesh or CAD file"
         )
     return "mesh", _MODELS[model]
 
@@ -164,7 +187,7 @@ def _contact_record(
 def _prepared(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Single names as lists, and paths made relative to the working folder."""
     values = copy.deepcopy(values)
-    for part in _tables(values, ("clamp", "contact", *_LISTED)):
+    for part in _tables(values, ("clamp", "contact", *_LISTED)) + _picking(values):
         _prepare(part, folder)
         for patch in _tables(part, ("patch",)):
             _prepare(patch, folder)
@@ -199,6 +222,15 @@ def _prepare(table: dict[str, Any], folder: Path) -> None:
     casing = table.get("casing")
     if isinstance(casing, dict) and isinstance(casing.get("file"), str):
         casing["file"] = str(folder / casing["file"])
+
+
+def _picking(values: dict[str, Any]) -> list[dict[str, Any]]:
+    """Tables that name groups of facets inside [groups] and mesh.refine."""
+    groups, mesh = values.get("groups"), values.get("mesh")
+    tables = list(groups.values()) if isinstance(groups, dict) else []
+    refine = mesh.get("refine") if isinstance(mesh, dict) else None
+    tables += refine if isinstance(refine, list) else []
+    return [table for table in tables if isinstance(table, dict)]
 
 
 def _matrix_files(matrices: Any) -> tuple[str, ...]:

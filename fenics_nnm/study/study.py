@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Self
 
 from pydantic import model_validator
@@ -10,7 +11,7 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.study.attachments import MassSection, SpringSection
-from fenics_nnm.study.body import BodySection, ClampSection, MeshFile
+from fenics_nnm.study.body import BodySection, ClampSection
 from fenics_nnm.study.contact import (
     ContactSection,
     LawSection,
@@ -18,8 +19,10 @@ from fenics_nnm.study.contact import (
     PatchesSection,
 )
 from fenics_nnm.study.continuation import ContinuationSection
+from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
+from fenics_nnm.study.mesh import CadFile, MeshFile
 from fenics_nnm.study.output import OutputSection
 from fenics_nnm.study.record import Record
 from fenics_nnm.study.solution import AugmentedLagrangianSection, ModeSection, ReductionSection
@@ -182,7 +185,8 @@ class _AnyStudy(Record):
 class MeshStudy(_AnyStudy):
     """All that a run of a mesh needs to know; lengths in m unless a key says otherwise."""
 
-    mesh: MeshFile | Geometry
+    mesh: MeshFile | CadFile | Geometry
+    groups: Mapping[str, GroupSection] = {}
     body: BodySection
     material: Materials
     mass: tuple[MassSection, ...] = ()
@@ -210,7 +214,7 @@ class MatrixStudy(_AnyStudy):
     @model_validator(mode="before")
     @classmethod
     def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("mesh", "body", "material", "clamp", "mass", "spring"):
+        for key in ("mesh", "groups", "body", "material", "clamp", "mass", "spring"):
             if key in values:
                 raise ValueError(
                     f"{key}: does not go with [matrices], which hold the whole structure, "

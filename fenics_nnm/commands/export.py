@@ -1,0 +1,86 @@
+"""fenics-nnm export: files for ParaView of any points of a finished run."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show, stages_of
+from fenics_nnm.errors import StudyError
+from fenics_nnm.fields.selection import DEFAULT_FIELDS, FIELDS, FieldName
+from fenics_nnm.study.output import LEAST_FRAMES
+
+if TYPE_CHECKING:
+    from fenics_nnm.nonlinear.point import BranchPoint
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    export = commands.add_parser("export", help="write ParaView files of points of a finished run")
+    export.add_argument(
+        "branch", type=Path, metavar="branch.h5", help="file of a run, or its results folder"
+    )
+    export.add_argument(
+        "--gamma", type=float, nargs="+", required=True, metavar="RATIO", help="gamma ratios"
+    )
+    export.add_argument(
+        "--fields", default=",".join(DEFAULT_FIELDS), metavar="LIST", help=", ".join(FIELDS)
+    )
+    export.add_argument(
+        "--frames", type=int, default=LEAST_FRAMES, metavar="N", help="frames of a period"
+    )
+    export.add_argument(
+        "--output", type=Path, metavar="DIR", help="new folder: export beside branch.h5"
+    )
+    add_verbose(export)
+    export.set_defaults(action=_export)
+
+
+def _export(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.fields.export import export
+
+    fields = _fields(arguments.fields)
+    if arguments.frames < LEAST_FRAMES:
+        raise StudyError(f"--frames {arguments.frames}: must be at least {LEAST_FRAMES}")
+    for ratio in arguments.gamma:
+        if not math.isfinite(ratio):
+            raise StudyError(f"--gamma {ratio}: must be a number")
+    given = arguments.branch
+    file = given / "branch.h5" if given.is_dir() else given
+    folder = arguments.output or file.with_name("export")
+    comm = MPI.COMM_WORLD
+    console = console_of(comm)
+    with stages_of(console, arguments) as stages, stages.stage("output"):
+        found = on_root(
+            comm,
+            lambda: export(
+                file,
+                folder,
+                arguments.gamma,
+                fields=fields,
+                frames=arguments.frames,
+                on_progress=stages.report,
+            ),
+        )
+    for point in found:
+        show(console, _told(point))
+    show(console, f"files in {folder}")
+    return DONE
+
+
+def _fields(names: str) -> tuple[FieldName, ...]:
+    wanted = names.split(",")
+    for name in wanted:
+        if name not in FIELDS:
+            raise StudyError(f"--fields {names}: {name!r} must be one of {', '.join(FIELDS)}")
+    return tuple(name for name in FIELDS if name in wanted)
+
+
+def _told(point: BranchPoint) -> str:
+    status = f", {point.status}" if point.status else ""
+    return f"gamma ratio {point.gamma_ratio:g}: {point.frequency:.6g} Hz{status}"

@@ -1,0 +1,92 @@
+"""Keyword lines of Abaqus and CalculiX input files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from fenics_nnm.errors import MeshError
+
+#: Deepest chain of *INCLUDE; a longer one includes itself.
+_DEEPEST = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A keyword with its data lines.
+
+    Attributes:
+        keyword: Keyword in capitals, without its star.
+        options: Options in capitals, with their values as written; "" for options without one.
+        rows: Entries of each data line.
+        place: File and line, for messages.
+    """
+
+    keyword: str
+    options: dict[str, str]
+    rows: list[list[str]]
+    place: str
+
+    def entries(self) -> list[str]:
+        """Entries of all data lines, without empty ones."""
+        return [entry for row in self.rows for entry in row if entry]
+
+    def option(self, name: str) -> str:
+        """Value of an option that must be there.
+
+        Raises:
+            MeshError: if it is not.
+        """
+        if not self.options.get(name):
+            raise MeshError(f"{self.place}: *{self.keyword} must have {name} =")
+        return self.options[name]
+
+
+def cards(path: Path, depth: int = 0) -> Iterator[Card]:
+    """Keywords of a file in their order, those of included files in their place.
+
+    Raises:
+        MeshError: if a file cannot be read.
+    """
+    if depth > _DEEPEST:
+        raise MeshError(f"mesh.file = {path}: includes itself")
+    try:
+        lines = path.read_bytes().decode("utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise MeshError(f"mesh.file = {path}: cannot be read: {error.strerror}") from error
+    current: Card | None = None
+    heads = _continued(lines)
+    for number, line in heads:
+        if not line.startswith("*"):
+            if current is not None:
+                current.rows.append([entry.strip() for entry in line.split(",")])
+            continue
+        if current is not None:
+            yield current
+        current = _head(line, f"{path}, line {number}")
+        if current.keyword == "INCLUDE":
+            yield from cards(path.parent / current.option("INPUT"), depth + 1)
+            current = None
+    if current is not None:
+        yield current
+
+
+def _continued(lines: list[str]) -> Iterator[tuple[int, str]]:
+    """Lines that are no comments, keyword lines that end in a comma joined to the next one."""
+    joined = ""
+    for number, line in enumerate(lines, start=1):
+        if line.startswith("**") or not line.strip():
+            continue
+        joined += line.strip()
+        if joined.startswith("*") and joined.endswith(","):
+            continue
+        yield number, joined
+        joined = ""
+
+
+def _head(line: str, place: str) -> Card:
+    keyword, *options = (part.strip() for part in line[1:].split(","))
+    pairs = (option.partition("=") for option in options)
+    values = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
+    return Card(" ".join(keyword.upper().split()), values, [], place)

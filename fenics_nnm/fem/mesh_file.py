@@ -1,0 +1,46 @@
+"""Which reader is for which file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.abaqus_mesh import read_abaqus
+from fenics_nnm.fem.foreign_mesh import raw_mesh
+from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session, open_mesh
+from fenics_nnm.fem.meshio_mesh import read_meshio
+from fenics_nnm.fem.nastran_mesh import read_nastran
+from fenics_nnm.fem.raw_mesh import RawMesh
+
+#: Files that gmsh reads with their named groups; it keeps the groups of .unv, which meshio lacks.
+_GMSH = (".msh", ".msh2", ".msh4", ".unv")
+
+#: Readers of our own; all other files are read by meshio.
+_READERS = {
+    ".inp": read_abaqus,
+    ".bdf": read_nastran,
+    ".nas": read_nastran,
+    ".fem": read_nastran,
+}
+
+
+def read_raw(path: Path) -> RawMesh:
+    """Read a mesh with its named groups.
+
+    Args:
+        path: A .msh or .unv file, an .inp file of Abaqus or CalculiX, Nastran bulk data (.bdf,
+            .nas, .fem), or a file that meshio reads, such as .med, .vtu, .vtk or .xdmf.
+
+    Raises:
+        MeshError: if the file cannot be used; the message says why.
+    """
+    if not path.is_file():
+        what = "is not a file" if path.exists() else "there is no such file"
+        raise MeshError(f"mesh.file = {path}: {what}")
+    suffix = path.suffix.lower()
+    with gmsh_session(str(path)):
+        if suffix in _GMSH:
+            open_mesh(path)
+            return extracted(str(path))
+        foreign = _READERS.get(suffix, read_meshio)(path)
+        return raw_mesh(str(path), foreign)

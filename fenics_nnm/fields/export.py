@@ -1,0 +1,96 @@
+"""Files of any points of a finished run, from branch.h5 alone."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fenics_nnm.errors import OutputError
+from fenics_nnm.fields.files import write_motions
+from fenics_nnm.fields.selection import FieldName
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.stored_branch import StoredBranch, read_stored_branch
+
+#: Two gamma ratios nearer than this are the same.
+_SAME_RATIO = 1e-6
+
+
+def export(
+    file: Path,
+    folder: Path,
+    ratios: Sequence[float],
+    *,
+    fields: Sequence[FieldName],
+    frames: int,
+    on_progress: Callable[[float], None] = lambda done: None,
+) -> list[BranchPoint]:
+    """Write the files that a run writes, of the points nearest to some gamma ratios.
+
+    Args:
+        file: branch.h5 of a run.
+        folder: Folder to make.
+        ratios: Gamma ratios; of each the nearest point, or all passings of that energy.
+        fields: Fields wanted.
+        frames: Frames of a period.
+        on_progress: Called with the part done.
+
+    Returns:
+        The points, by their position.
+
+    Raises:
+        OutputError: if the file cannot be read, has no mesh or no such motion, or the folder is
+            there already or cannot be written.
+    """
+    branch = read_stored_branch(file)
+    points = _nearest(file, branch, ratios)
+    if _is_full_order(branch):
+        for point in points:
+            _assert_whole(file, branch, point)
+    _make(folder)
+    try:
+        write_motions(folder, branch, points, fields=fields, frames=frames, on_progress=on_progress)
+    except BaseException as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OSError) and not isinstance(error, OutputError):
+            raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+        raise
+    return points
+
+
+def _is_full_order(branch: StoredBranch) -> bool:
+    """Whether contact points move by more than the shapes of the branch."""
+    method = tomllib.loads(branch.header.study).get("reduction", {}).get("method")
+    return bool(method == "none")
+
+
+def _nearest(file: Path, branch: StoredBranch, ratios: Sequence[float]) -> list[BranchPoint]:
+    if not branch.points:
+        raise OutputError(f"{file}: has no points")
+    have = np.array([point.gamma_ratio for point in branch.points])
+    chosen = np.zeros(len(have), dtype=bool)
+    for ratio in ratios:
+        nearest = have[np.argmin(np.abs(have - ratio))]
+        chosen |= np.abs(have - nearest) <= _SAME_RATIO
+    return [point for point, wanted in zip(branch.points, chosen, strict=True) if wanted]
+
+
+def _assert_whole(file: Path, branch: StoredBranch, point: BranchPoint) -> None:
+    if point.position not in branch.inertia:
+        whole = [f"{p.gamma_ratio:g}" for p in branch.points if p.position in branch.inertia]
+        raise OutputError(
+            f"{file}: gamma ratio {point.gamma_ratio:g}: at full order only the motions of "
+            f"continuation.report_at are kept whole: {', '.join(whole) or 'none'}"
+        )
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True)
+    except FileExistsError as error:
+        raise OutputError(f"{folder}: is there already: name a new folder by --output") from error
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made: {error.strerror or error}") from error

@@ -1,0 +1,91 @@
+"""From the sections [mesh] and [groups] of a study to a mesh with named facets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mpi4py import MPI
+
+from fenics_nnm.fem.cad import Cad, Refined, read_cad
+from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.picking import (
+    Box,
+    Condition,
+    Facing,
+    Level,
+    Named,
+    Nearest,
+    Pick,
+    Plane,
+    Radii,
+    with_groups,
+)
+from fenics_nnm.study import MeshStudy
+from fenics_nnm.study.groups import GroupSection, as_vector
+from fenics_nnm.study.mesh import CadFile, MeshFile
+
+
+def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
+    """Read or generate the mesh of a study, and pick the groups it asks for.
+
+    Raises:
+        MeshError: if it cannot be used, or a group picks nothing.
+        GeometryError: if a built-in geometry cannot be made.
+    """
+
+    def pick(tagged: TaggedMesh) -> TaggedMesh:
+        return with_groups(tagged, _picks(study.groups, tagged))
+
+    if isinstance(study.mesh, CadFile):
+        return pick(read_cad(_cad(study.mesh), pick, comm))
+    if isinstance(study.mesh, MeshFile):
+        return pick(read_mesh(study.mesh.file, study.mesh.length_unit, comm))
+    return pick(generate_mesh(study.mesh, comm))
+
+
+def _cad(section: CadFile) -> Cad:
+    return Cad(
+        section.file,
+        section.length_unit,
+        trust=section.ignore_declared_unit,
+        element_size=section.element_size,
+        order=section.order,
+        curvature=section.curvature,
+        refined=tuple(Refined(r.facets, r.size, r.distance) for r in section.refine),
+    )
+
+
+def _picks(groups: Mapping[str, GroupSection], tagged: TaggedMesh) -> dict[str, Pick]:
+    return {
+        name: Pick(_conditions(name, group, tagged), group.tolerance)
+        for name, group in groups.items()
+    }
+
+
+def _conditions(name: str, group: GroupSection, tagged: TaggedMesh) -> list[Condition]:
+    """Conditions of a group, in the order of their keys."""
+    levels = (group.x, group.y, group.z)
+    found: list[Condition] = [Level(i, x) for i, x in enumerate(levels) if x is not None]
+    if group.plane:
+        found.append(Plane(group.plane.point, as_vector(group.plane.normal)))
+    if group.cylinder:
+        cylinder = group.cylinder
+        axis = as_vector(cylinder.axis)
+        found.append(Radii(axis, cylinder.origin, cylinder.radius, cylinder.radius))
+    if group.radii:
+        radii = group.radii
+        found.append(Radii(as_vector(radii.axis), radii.origin, radii.low, radii.high))
+    if group.box:
+        found.append(Box(group.box.low, group.box.high))
+    if group.nearest:
+        found.append(Nearest(group.nearest.point, group.nearest.angle))
+    if group.facing:
+        found.append(Facing(as_vector(group.facing.direction), group.facing.angle))
+    if group.faces:
+        word = "face" if tagged.dim == 3 else "edge"
+        faces = tuple(f"{word} {number}" for number in group.faces)
+        found.append(Named(faces, tagged.facets_of(faces, f"groups.{name}.faces")))
+    if group.facets:
+        facets = tagged.facets_of(group.facets, f"groups.{name}.facets")
+        found.append(Named(group.facets, facets))
+    return found

@@ -1,0 +1,79 @@
+"""Sections of the study file about a mesh, or a geometry to be meshed, of another program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from fenics_nnm.geometry.parameters import Length, LengthUnit
+from fenics_nnm.study.record import Count, FromList, Names, Record
+
+#: Endings of files with a geometry, which is meshed here.
+CAD_ENDINGS = (".step", ".stp", ".iges", ".igs", ".brep", ".geo")
+
+_Unit = Annotated[LengthUnit, Field(description="the unit of the file's coordinates")]
+
+
+class MeshFile(Record):
+    """A mesh made elsewhere, with named groups."""
+
+    file: Annotated[Path, Field(strict=False, description="a mesh file, relative to the study")]
+    length_unit: _Unit
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nothing_to_mesh(cls, values: object) -> object:
+        for key in ("element_size", "order", "refine", "curvature", "ignore_declared_unit"):
+            if isinstance(values, dict) and key in values:
+                raise ValueError(
+                    f"{key}: belongs to a geometry ({', '.join(CAD_ENDINGS)}): the file has a mesh"
+                )
+        return values
+
+
+class Refinement(Record):
+    """Smaller elements at some facets."""
+
+    facets: Names = Field(description="name of a group of facets, or a list of names")
+    size: Length = Field(description="edge length of the elements there, in length_unit")
+    distance: Length = Field(
+        description="distance over which elements grow to element_size, in length_unit"
+    )
+
+
+class CadFile(Record):
+    """A geometry of a CAD program, or of gmsh, to be meshed."""
+
+    file: Annotated[Path, Field(strict=False, description="a CAD file, relative to the study")]
+    length_unit: _Unit
+    ignore_declared_unit: bool = Field(
+        False, description="true: take the file's numbers in length_unit whatever unit it declares"
+    )
+    element_size: Length | None = Field(
+        None, description="largest edge length of the elements, in length_unit"
+    )
+    order: Literal[1, 2] = Field(1, description="1: straight elements, 2: curved ones")
+    curvature: Count | None = Field(
+        None, description="number of elements on a full turn of a curved face"
+    )
+    refine: Annotated[tuple[Refinement, ...], FromList] = Field(
+        (), description="list of { facets, size, distance }"
+    )
+
+    @model_validator(mode="after")
+    def _sizes_fit(self) -> CadFile:
+        if self.element_size is None and self.file.suffix.lower() != ".geo":
+            raise ValueError(
+                "element_size: is missing (largest edge length of the elements, in length_unit)"
+            )
+        for refinement in self.refine:
+            if self.element_size is None:
+                raise ValueError("refine: needs element_size, the size far from the facets")
+            if refinement.size >= self.element_size:
+                raise ValueError(
+                    f"refine.size = {refinement.size:g}: must be below element_size = "
+                    f"{self.element_size:g}"
+                )
+        return self

@@ -1,0 +1,60 @@
+"""The same mesh through the files of several programs gives the same frequencies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import foreign_files
+import numpy as np
+import pytest
+from conftest import BEAM, PLATE, changed
+from mpi4py import MPI
+
+from fenics_nnm.analysis import linear_analysis
+from fenics_nnm.study import study_from
+
+
+def frequencies(path: Path, left: str, right: str) -> Any:
+    """Frequencies in Hz and contact area in m^2 of a box clamped on its left."""
+    base = BEAM if "3d" in path.stem else PLATE
+    study = changed(
+        base,
+        {
+            "mesh": {"=": {"file": str(path), "length_unit": "m"}},
+            "clamp": {"facets": left},
+            "contact": {"facets": right},
+            "reduction": {"modes": 4},
+        },
+    )
+    linear = linear_analysis(study_from(study, path), MPI.COMM_SELF)
+    return [*linear.modes.frequencies, linear.interface.areas.sum()]
+
+
+def box(tmp_path: Path, shape: str, order: int, *, complete: bool = True) -> Path:
+    path = tmp_path / f"box{foreign_files.SHAPES[shape]}d.msh"
+    foreign_files.box(path, shape, order, complete=complete)
+    return path
+
+
+FORMATS = [
+    *(("inp", shape, order) for shape in foreign_files.SHAPES for order in (1, 2)),
+    *(("bdf", shape, order) for shape in ("tetra", "hexahedron") for order in (1, 2)),
+    *(("vtu", shape, order) for shape in foreign_files.SHAPES for order in (1, 2)),
+    *(("med", shape, order) for shape in foreign_files.SHAPES for order in (1, 2)),
+    *(("unv", shape, order) for shape in ("tetra", "hexahedron") for order in (1, 2)),
+]
+
+
+@pytest.mark.parametrize(("ending", "shape", "order"), FORMATS)
+def test_same_frequencies_from_another_file(
+    ending: str, shape: str, order: int, tmp_path: Path
+) -> None:
+    """Elements without inner nodes (8 or 20 nodes) where the format has no others."""
+    msh = box(tmp_path, shape, order, complete=ending == "vtu")
+    other = msh.with_suffix(f".{ending}")
+    foreign_files.WRITERS[ending](msh, other)
+    names = foreign_files.NAMES.get(ending, ("left", "right"))
+    np.testing.assert_allclose(
+        frequencies(other, *names), frequencies(msh, "left", "right"), rtol=1e-10
+    )

@@ -64,6 +64,29 @@ def test_tip_follows_the_casing_at_its_clearance(rotor37: Mesh) -> None:
     assert np.ptp(radius) > 1, "the casing is a cone"
 
 
+def table_volume_mm3(file: Path, last: int) -> float:
+    """Integral of r (theta1 - theta2) dr dz over the first sections of a table in feet."""
+    rows = np.loadtxt(file, delimiter=",", comments=("#", "section"))
+    corners = np.stack([rows[rows[:, 0] == s, 2:] for s in range(1, last + 1)])
+    z, r, one, other = np.moveaxis(corners, 2, 0)
+    width = r * (one - other)
+    dz, dr = z[1:, 1:] - z[:-1, :-1], r[1:, 1:] - r[:-1, :-1]
+    ez, er = z[:-1, 1:] - z[1:, :-1], r[:-1, 1:] - r[1:, :-1]
+    middle = (width[1:, 1:] + width[:-1, 1:] + width[1:, :-1] + width[:-1, :-1]) / 4
+    return float((np.abs(dz * er - dr * ez) / 2 * middle).sum() * 304.8**3)
+
+
+def test_rotor_67_has_the_volume_and_the_length_of_its_table() -> None:
+    file = MESHES / "rotor67_blade_sections.csv"
+    blade = Blade(sections=file, length_unit="mm", last_section=14, element_size=8.0)
+    mesh = build(blade)
+    assert mesh.volume == pytest.approx(table_volume_mm3(file, 14), rel=1e-2)
+    assert mesh.worst_shape > 0.15
+    radius = np.hypot(*mesh.points[:, 1:].T)
+    expected = np.array([0.313693, 0.838238]) * 304.8  # table: leading edge at hub and casing
+    assert (radius.min(), radius.max()) == pytest.approx(expected, abs=0.3)
+
+
 def test_cut_blade_is_a_sound_mesh(rotor37: Mesh) -> None:
     assert set(rotor37.groups) == {"body", "root", "tip", "surface"}
     assert_facets_bound_cells(rotor37)

@@ -6,6 +6,12 @@ RUN := environment/run
 PICTURES := docs/pictures
 LOOKS := results/looks
 
+# Of the pictures that `fenics-nnm plot` makes of rotor 37, those shown in docs.
+ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.png \
+    frequency_gamma.png frequency_amplitude.png contact_map.png distance_map.png \
+    contact_force.png contact_duration.png phase_contact.png orbit.png certificate.png \
+    multipliers.png
+
 .PHONY: help demo pictures test verify look lint image image-check clean distclean
 
 help:
@@ -29,8 +35,14 @@ pictures: demo
 	cp demos/rod/results/paper/backbone.png $(PICTURES)/rod_backbone_paper.png
 	for name in phase_space space_time; do for rod in paper fine; do \
 	    cp demos/rod/results/$${name}_$$rod.png $(PICTURES)/rod_$${name}_$$rod.png; done; done
-	for name in mesh backbone mode_shapes kinetic_shares; do \
+	for name in backbone contact_shapes; do \
 	    cp demos/rotor37/results/$$name.png $(PICTURES)/rotor37_$$name.png; done
+	for name in $(ROTOR37); do \
+	    cp demos/rotor37/results/pictures/$$name $(PICTURES)/rotor37_$$name; done
+	$(RUN) fenics-nnm check demos/rotor37/rotor37.toml \
+	    --picture $(PICTURES)/rotor37_groups.png
+	$(RUN) python3 demos/plate/plate.py
+	cp demos/plate/results/pressure.png $(PICTURES)/plate_pressure.png
 
 test:
 	$(RUN) python3 -m pytest -q tests
@@ -40,7 +52,10 @@ verify:
 	$(RUN) python3 demos/bilinear/bilinear.py
 	$(RUN) python3 demos/rod/discretisations.py
 	$(RUN) python3 demos/rod/automatic.py
+	$(RUN) python3 demos/rod/zero_gap.py
+	$(RUN) python3 demos/rod/preload.py
 	$(RUN) python3 demos/plate/plate.py
+	$(RUN) python3 tests/square_plate.py
 	$(RUN) python3 demos/rotor37/mesh_study.py
 	$(RUN) python3 demos/rotor37/reduction_study.py
 	$(RUN) python3 demos/rotor37/certificate.py

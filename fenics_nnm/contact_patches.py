@@ -69,6 +69,7 @@ def _patch(key: str, patch: PatchSection, tagged: TaggedMesh) -> Patch:
         gap=_gap(key, patch, surface),
         count=None if patch.points == "all" else patch.points,
         opposite=opposite,
+        averaged=patch.rows == "averaged",
     )
 
 

@@ -254,6 +254,7 @@ class _Recorder:
             linear_frequency=float(linear_frequencies(analysis)[self.study.mode.number - 1]),
             failures=[ratio for ratio, _ in branch.failures],
             bifurcations=branch.bifurcations.located,
+            at_one=analysis.model.at_rest().at_one(self.study.mode.number - 1),
         )
         write_summary(folder / "summary.json", summary)
 
@@ -267,7 +268,7 @@ class _Recorder:
             "harmonics": self.study.resolution.harmonics,
             "samples": self.study.resolution.samples,
             "linear_frequencies_Hz": [float(f) for f in linear_frequencies(analysis)],
-            **_at_rest(rest),
+            **_at_rest(rest, first),
             "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi) or None,
             "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
             **summary_of(self.chosen, branch),
@@ -291,13 +292,19 @@ class _Recorder:
         }
 
 
-def _at_rest(rest: RestState) -> dict[str, Any]:
+def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:
     """What is closed and what touches at rest; nothing where all gaps are open."""
     if not rest.pressed:
         return {}
     closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
-    force = float(rest.force.sum())
-    return {"at_rest": {"closed": closed, "touching": touching, "contact_force_N": force}}
+    return {
+        "at_rest": {
+            "closed": closed,
+            "touching": touching,
+            "contact_force_N": float(rest.force.sum()),
+            "at_gamma_ratio_1": rest.at_one(mode),
+        }
+    }
 
 
 def _store(points: Journal, point: BranchPoint) -> None:
@@ -359,7 +366,7 @@ def _warn(branch: Branch) -> None:
         )
     if resonant := by_status[RESONANT]:
         logger.warning(
-            "%d of %d points are inside an internal resonance (%s): their frequency lies below "
+            "%d of %d points are inside an internal resonance (%s): their frequency is off "
             "that of the main branch",
             len(resonant),
             total,

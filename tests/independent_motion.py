@@ -81,7 +81,7 @@ class Pivoting:
 
 
 class Motion:
-    """A model in the units of one of its motions: its period, its amplitude, the smallest gap.
+    """A model in the units of one of its motions: period, amplitude, reach of its contact points.
 
     States are coordinates, then velocities; the norm of a weighted state is that of the energy.
     """
@@ -94,6 +94,8 @@ class Motion:
         self._law, self._gap = Pivoting(self._R), model.gap / length
         self.weight = np.concatenate([self._omega, np.ones_like(self._omega)])
         self.start = _state(point.q / amplitude, harmonics)
+        self._at_rest = 0.0
+        self._at_rest = self.energy(self._rest())
 
     def rate(self, time: float, state: Array) -> Array:
         """q' and q'' = -omega^2 q - Phi^T lambda(q)."""
@@ -112,9 +114,16 @@ class Motion:
         )
 
     def energy(self, state: Array) -> float:
-        """Total energy, constant in time."""
+        """Total energy from the state of rest, constant in time."""
         force = self._law(self._Phi @ np.split(state, 2)[0] - self._gap)
-        return float(np.sum((self.weight * state) ** 2) + force @ self._R @ force) / 2
+        twice = float(np.sum((self.weight * state) ** 2) + force @ self._R @ force)
+        return twice / 2 - self._at_rest
+
+    def _rest(self) -> Array:
+        """The state in which the forces at the gaps keep it without motion."""
+        flexible = self._Phi / self._omega
+        force = Pivoting(self._R + flexible @ flexible.T)(-self._gap)
+        return np.append(-(force @ self._Phi) / self._omega**2, np.zeros_like(self._omega))
 
 
 def after_a_period(

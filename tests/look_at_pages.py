@@ -28,8 +28,9 @@ addEventListener("load", () => {
   const root = document.documentElement, window_width = root.clientWidth;
   const scrolls = (node) => node && (/auto|scroll/.test(getComputedStyle(node).overflowX)
     || scrolls(node.parentElement));
+  const beyond = (node) => node.getBoundingClientRect().right > window_width + 1;
   const wide = [...document.querySelectorAll("body *")].filter((node) =>
-    node.getBoundingClientRect().right > window_width + 1 && !scrolls(node.parentElement));
+    beyond(node) && !beyond(node.parentElement) && !scrolls(node.parentElement));
   const broken = [...document.images].filter((image) => !image.naturalWidth);
   document.title = JSON.stringify({
     window: window_width, width: root.scrollWidth, height: root.scrollHeight,

@@ -33,6 +33,8 @@ def write_study(number: int, folder: Path) -> Path:
         study["contact"]["law"] = method = "augmented-lagrangian"
     with_mass = method in ("craig-bampton", "augmented-lagrangian")
     study["continuation"] = _continuation(chance, with_mass=with_mass)
+    if method == "massless":
+        _press(Random(f"gaps of {number}"), study["contact"], study["continuation"])
     path = folder / "study.toml"
     path.write_text(toml({"title": f"Random study {number}", **study}))
     return path
@@ -174,6 +176,21 @@ def _mode(chance: Random) -> Section:
         "samples": max(samples, 2 * harmonics + 1),
         "series": chance.choice(["time-reversible"] * 3 + ["general"]),
     }
+
+
+def _press(chance: Random, contact: Section, continuation: Section) -> None:
+    """Make some gaps zero or negative, one in four studies each; else the study stays as it is."""
+    kind, gap = chance.random(), contact["gap"]
+    frequencies = continuation.get("frequencies")
+    if kind < 0.25 and frequencies:
+        ends = frequencies["to"], frequencies["from"]
+        frequencies["from"], frequencies["to"] = (2.0 - end for end in ends)
+    if kind < 0.25 and isinstance(gap, list):
+        contact["gap"] = [chance.choice([-1.0, 1.0]) * each for each in gap]
+    elif kind < 0.25:
+        contact["gap"] = -gap
+    elif kind < 0.5 and not isinstance(gap, list):
+        contact |= {"gap": 0.0, "reference_displacement": gap}
 
 
 def _continuation(chance: Random, *, with_mass: bool) -> Section:

@@ -2,35 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import square_plate
 from conftest import BEAM, PLATE, ROD, Ended
 from mpi4py import MPI
-from numpy.polynomial import legendre
-from scipy.linalg import eigh
 from scipy.optimize import brentq
-from test_mpi import on_ranks
 
 from fenics_nnm.analysis import linear_analysis
-from fenics_nnm.fem.attachments import Attachment
-from fenics_nnm.fem.mesh import generate_mesh
-from fenics_nnm.fem.modes import ModalSolver
-from fenics_nnm.fem.regions import Region
-from fenics_nnm.fem.solid import Body, assemble_solid
-from fenics_nnm.geometry import Beam
-from fenics_nnm.materials.elasticity import Isotropic
-from fenics_nnm.materials.material import Material
 from fenics_nnm.study import read_study
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
-
-REFERENCE = Path(__file__).parent / "reference"
 
 #: The rod of the small study: E A in N, mass in kg, wave speed in m/s; its length is 1 m.
 EA, MASS, SPEED = 2.1e11 * 9e-4, 7800.0 * 9e-4, np.sqrt(2.1e11 / 7800.0)
@@ -100,87 +87,35 @@ def test_spread_over_a_face_is_even_and_adds_up(study_file: StudyFile) -> None:
     assert np.abs(frequencies(study) / expected - 1).min() < 1e-5
 
 
-def sdls01(support: str) -> list[float]:
-    lines = (REFERENCE / "sdls01_square_plate.csv").read_text().splitlines()
-    rows = csv.DictReader(line for line in lines if not line.startswith("#"))
-    return [float(row["f_ref_Hz"]) for row in rows if row["bc"] == support]
-
-
-def thin_plate(support: str, count: int, terms: int = 14, nu: float = 0.3) -> np.ndarray:
-    """omega a^2 sqrt(rho h / D) of a thin square plate, without rigid motions.
-
-    Ritz's method with products of Legendre polynomials on [-1, 1]^2, so a = 2; times (1 + x)^2
-    for a side x = -1 that is clamped.
-    """
-    clamped = support == "CFFF"
-    points, weights = legendre.leggauss(terms + 4)
-
-    def integrals(factor: list[float]) -> list[np.ndarray]:
-        """Integrals of products of two of the functions: P P, P P'', P' P', P'' P''."""
-        rows = [legendre.legmul(factor, unit) for unit in np.eye(terms)]
-        P, dP, ddP = (
-            np.array([legendre.legval(points, legendre.legder(row, k)) for row in rows])
-            for k in range(3)
-        )
-        pairs = ((P, P), (P, ddP), (dP, dP), (ddP, ddP))
-        return [(left * weights) @ right.T for left, right in pairs]
-
-    # (1 + x)^2 = 4/3 P_0 + 2 P_1 + 2/3 P_2
-    X, X0, X1, X2 = integrals([4 / 3, 2.0, 2 / 3] if clamped else [1.0])
-    Y, Y0, Y1, Y2 = integrals([1.0])
-    bending = np.kron(X2, Y) + np.kron(X, Y2) + nu * (np.kron(X0, Y0.T) + np.kron(X0.T, Y0))
-    twisting = 2 * (1 - nu) * np.kron(X1, Y1)
-    squares = eigh(bending + twisting, np.kron(X, Y), eigvals_only=True)
-    rigid = 0 if clamped else 3
-    return 4 * np.sqrt(squares[rigid : rigid + count])
-
-
 @pytest.mark.parametrize("support", ["CFFF", "FFFF"])
 def test_square_plate_of_solid_elements(support: str) -> None:
-    """Square plate 1 m x 1 m x 0.01 m of test SDLS01, clamped on one side or free.
+    """Square plate of test SDLS01, clamped on one side or free.
 
-    Leissa's values of 1973 are upper bounds by Ritz's method with beam functions, up to 1 % above
-    converged ones. The free plate hangs on a foundation that gives its rigid motions 0.5 Hz, which
-    adds less than 1.2e-4 to any other frequency.
+    The published values are upper bounds, up to 1 % above converged ones.
     """
-    thickness, density = 0.01, 7800.0
-    elements = (20, 20, 1)
-    beam = Beam(length=1.0, width=1.0, height=thickness, elements=elements, cells="hexahedron")
-    tagged = generate_mesh(beam, MPI.COMM_SELF)
-    soft = density * thickness * (2 * np.pi * 0.5) ** 2
-    springs = Attachment("spring[1]", "spring", (soft,) * 3, facets=("bottom",), per_area=True)
-    steel = Region(Material(Isotropic(2.1e11, 0.3), density))
-    free = support == "FFFF"
-    clamped = tagged.facets_of(("left",), "clamp") if not free else np.empty(0, dtype=np.int32)
-    body = Body("solid", (steel,), attachments=(springs,) if free else ())
-    leissa = np.array(sdls01(support))
-    with ModalSolver(assemble_solid(tagged, body, clamped)) as solver:
-        found = solver.modes(len(leissa) + 6 * free).frequencies
-    if free:
-        np.testing.assert_allclose(found[:6], 0.5, rtol=1e-2)
-    found = found[6 * free :]
-    bending = 2.1e11 * thickness**3 / 12 / (1 - 0.3**2)
-    unit = np.sqrt(bending / (density * thickness)) / (2 * np.pi)
-    np.testing.assert_allclose(found, unit * thin_plate(support, len(found)), rtol=4e-3)
-    np.testing.assert_allclose(found, leissa, rtol=1e-2 if free else 5e-3)
-    assert np.all(unit * thin_plate(support, len(found)) < leissa)
+    published, found = square_plate.published(support), square_plate.solid_plate(support, 20)
+    thin = square_plate.thin_plate(support, len(published))
+    if support == "FFFF":
+        np.testing.assert_allclose(found[:6], square_plate.RIGID, rtol=1e-2)
+    found = found[-len(published) :]
+    np.testing.assert_allclose(found, thin, rtol=4e-3)
+    np.testing.assert_allclose(found, published, rtol=5e-3 if support == "CFFF" else 1e-2)
+    assert np.all(thin < published)
 
 
-def test_two_ranks_attach_to_the_same_vertices(
-    study_file: StudyFile, command: Command, tmp_path: Path
+def test_mass_on_a_contact_point_leaves_it_little_flexibility(
+    study_file: StudyFile, command: Command
 ) -> None:
-    study = study_file(
-        PLATE,
-        mass=[{"at": [0.5, 0.26], "mass": 1.0}, {"facets": "right", "mass": 2.0}],
-        spring=[{"at": [1.0, 0.25], "stiffness": [0.0, 1e6]}],
-    )
-    alone = command("check", study)
-    ended = on_ranks(2, "-m", "fenics_nnm", "check", study, folder=tmp_path)
-    assert (alone.code, ended.code) == (0, 0), alone.err + ended.err
-    assert ended.out.splitlines()[:16] == alone.out.splitlines()[:16]
-    assert "mass[1]          1 kg at the vertex (0.5, 0.25) m" in alone.out
-    assert "mass[2]          2 kg spread over right" in alone.out
-    assert "spring[1]        0, 1e+06 N/m along x, y at the vertex (1, 0.25) m" in alone.out
+    """The residual flexibility falls like 1 / J of a free tip, and like J^-3 under a mass."""
+    rates = []
+    for attached in ({}, {"mass": [{"at": [1.0], "mass": 7.0}]}):
+        R = []
+        for modes in (8, 16):
+            study = study_file(ROD, mesh={"elements": 100}, reduction={"modes": modes}, **attached)
+            R.append(linear_analysis(read_study(study), MPI.COMM_SELF).model.R[0, 0])
+        rates.append(np.log2(R[0] / R[1]))
+    np.testing.assert_allclose(rates, [1, 3], atol=0.2)
+    assert "a contact point: contact there is an impact" in command("check", study).out
 
 
 BAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
@@ -191,6 +126,7 @@ BAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"mass": [{"at": [0.5, 0.0], "kg": 1.0}]}, ("mass[1].kg: unknown key",)),
     ({"mass": [{"mass": 1.0}]}, ("mass[1].at, facets: must have one of the two",)),
     ({"mass": [{"facets": "rigth", "mass": 1.0}]}, ('mass[1].facets = "rigth"', "no such group")),
+    ({"mass": [{"facets": "left", "mass": 1.0}]}, ("mass[1].facets: all are clamped",)),
     ({"mass": 1.0}, ("mass = 1.0: must be a section",)),
     ({"spring": [{"at": [1.0, 0.0]}]}, ("spring[1].stiffness, foundation",)),
     ({"spring": [{"at": [1.0, 0.0], "foundation": [1.0, 1.0]}]}, ("needs facets",)),

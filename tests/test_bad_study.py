@@ -104,7 +104,6 @@ NOT_POSITIVE = [
     for section, key in (
         ("material", "young"),
         ("material", "density"),
-        ("contact", "gap"),
         ("body", "area"),
         ("mesh", "length"),
     )
@@ -147,6 +146,7 @@ VALUES = [
     ({"contact": {"facets": 3}}, "contact.facets = 3", "a list of names"),
     ({"contact": {"facets": [3]}}, "contact.facets = [3]", "a list of names"),
     ({"contact": {"gap": "wide"}}, 'contact.gap = "wide"', "in m"),
+    ({"contact": {"gap": nan}}, "contact.gap = nan", "finite"),
     ({"contact": {"points": 0}}, "contact.points = 0", "positive number"),
     ({"contact": {"points": "some"}}, 'contact.points = "some"', '"all"'),
     ({"contact": {"direction": "up"}}, 'contact.direction = "up"', '"normal", "radial"'),

@@ -188,9 +188,9 @@ def test_table_is_read_with_its_units(tmp_path: Path) -> None:
     [
         ("r_in", "r", "column r_m or r_cm"),
         ("90,50,10.5\n", "", "7 rows for 4 angles and 2 stations"),
-        ("90,50,10.5", "90,50,wide", 'line 5: "wide": must be a number'),
-        ("90,50,10.5", "90,50", 'line 5: "": must be a number'),
-        ("90,50,10.5", "90,50,-1", "line 5: radius -0.0254 m: must be positive"),
+        ("90,50,10.5", "90,50,wide", 'line 5: r_in = "wide": must be a number'),
+        ("90,50,10.5", "90,50", "line 5: 2 cells, must be 3"),
+        ("90,50,10.5", "90,50,-1", "line 5: r_in = -1: must be positive"),
         ("270,0", "360,0", "must have each pair once"),
     ],
 )

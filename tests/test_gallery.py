@@ -1,6 +1,7 @@
 """Pictures of a results folder: their list, their files, and the numbers behind them."""
 
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import Mock
@@ -9,6 +10,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from conftest import PLATE, ROD, Ended, changed, toml
+from PIL import Image
 
 from fenics_nnm.cli import main
 from fenics_nnm.nonlinear.fourier import FourierSeries
@@ -16,6 +18,7 @@ from fenics_nnm.output.branch_file import BranchHeader
 from fenics_nnm.output.gallery import MANIFEST, make_pictures
 from fenics_nnm.output.motion_measures import harmonic_shares, kinetic_shares
 from fenics_nnm.output.pictures.amplitude import amplitude_of
+from fenics_nnm.output.pictures.animation import FRAMES
 from fenics_nnm.output.pictures.contact import contact_order, contact_pressure, touching_shares
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.shares import share_plots
@@ -45,33 +48,94 @@ def listed(folder: Path) -> list[dict]:
     return json.loads((folder / MANIFEST).read_text())["pictures"]
 
 
-def test_list_names_each_file_with_a_caption_and_its_units(plate: Path, tmp_path: Path) -> None:
-    pictures = make_pictures(plate, tmp_path / "new" / "folder")
-    found = listed(tmp_path / "new" / "folder")
-    assert [each["file"] for each in found] == [picture.file for picture in pictures]
+@pytest.fixture(scope="module")
+def drawn(plate: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All pictures of the plate, in a folder that was not there."""
+    folder = tmp_path_factory.mktemp("drawn") / "new" / "folder"
+    pictures = make_pictures(plate, folder, formats=["png", "svg"])
+    assert [each["file"] for each in listed(folder)] == [picture.file for picture in pictures]
+    return folder
+
+
+def test_list_names_each_file_with_a_caption_and_its_units(drawn: Path) -> None:
+    found = listed(drawn)
     files = [name for each in found for name in (each["file"], *each["also"])]
-    names = {path.name for path in (tmp_path / "new" / "folder").iterdir()}
-    assert sorted(files) == sorted(names - {MANIFEST})
+    assert sorted(files) == sorted({path.name for path in drawn.iterdir()} - {MANIFEST})
+    assert {each["group"] for each in found} == {
+        "frequency",
+        "contact",
+        "motion",
+        "accuracy",
+        "body",
+    }
     for each in found:
         assert each["title"] and each["caption"].endswith(".")
         units = ("Hz", "mm", "MPa", "(%)", "no unit", " kN ")
         assert any(unit in each["caption"] for unit in units), each
+
+
+def test_no_picture_is_blank(drawn: Path) -> None:
+    for each in listed(drawn):
         if each["file"].endswith(".png"):
-            pixels = matplotlib.image.imread(tmp_path / "new" / "folder" / each["file"])[:, :, :3]
+            pixels = matplotlib.image.imread(drawn / each["file"])[:, :, :3]
             assert pixels.std() > 0.03, each["file"]
 
 
-def test_plot_writes_the_formats_asked_for(
-    rod: Path, tmp_path: Path, command: Callable[..., Ended]
+def test_animation_has_all_frames_of_one_size_and_moves(drawn: Path) -> None:
+    path = drawn / "motion.gif"
+    assert path.stat().st_size < 3e6
+    with Image.open(path) as gif:
+        assert gif.n_frames == FRAMES >= 24
+        assert gif.info["loop"] == 0
+        frames = []
+        for number in range(gif.n_frames):
+            gif.seek(number)
+            frames.append(np.asarray(gif.convert("RGB"), dtype=float))
+    assert len({frame.shape for frame in frames}) == 1
+    changes = [np.abs(frame - frames[0]).mean() for frame in frames[1:]]
+    assert max(changes) > 5 * changes[-1] > 0
+
+
+def test_plots_are_made_without_a_renderer(
+    rod: Path, tmp_path: Path, command: Callable[..., Ended], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    broken = tmp_path / "broken"
+    broken.write_text("#!/bin/sh\necho 'no display' >&2\nkill -ABRT $$\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(broken))
     ended = command("plot", rod, "--output", tmp_path / "drawn", "--formats", "svg,pdf")
-    assert ended.code == 0, ended.err
+    assert ended.code == 0
+    (line,) = ended.err.splitlines()
+    assert "left out" in line and "signal 6" in line and "no display" in line
     (line,) = ended.out.splitlines()
     assert MANIFEST in line
-    first = listed(tmp_path / "drawn")[0]
-    assert first["file"] == "frequency_gamma.svg" and first["also"] == ["frequency_gamma.pdf"]
+    found = listed(tmp_path / "drawn")
+    assert found[0]["file"] == "frequency_gamma.svg"
+    assert found[0]["also"] == ["frequency_gamma.pdf"]
+    assert "body" not in {each["group"] for each in found}
     assert (tmp_path / "drawn" / "frequency_gamma.svg").read_text().startswith("<?xml")
     assert (tmp_path / "drawn" / "frequency_gamma.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_matrices_have_plots_of_their_own(tmp_path: Path, command: Callable[..., Ended]) -> None:
+    folder = tmp_path / "chain"
+    folder.mkdir()
+    K = 1e6 * (2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1))
+    for name, matrix in (("K", K), ("M", np.eye(3)), ("B", np.array([[0.0, 0.0, 1.0]]))):
+        np.save(folder / f"{name}.npy", matrix)
+    study = {
+        "matrices": {"stiffness": "K.npy", "mass": "M.npy", "contact": "B.npy"},
+        "contact": {"gap": 1e-3},
+        "reduction": {"modes": 2},
+        "mode": {"harmonics": 5, "samples": 64},
+        "continuation": {"energies": {"from": 0.8, "to": 1.2, "step": 0.2}},
+    }
+    (folder / "chain.toml").write_text(toml(study))
+    ended = command("run", folder / "chain.toml", "--output", tmp_path / "out")
+    assert ended.code == 0, ended.err
+    names = {picture.file for picture in make_pictures(tmp_path / "out", tmp_path / "drawn")}
+    assert {"frequency_amplitude.png", "contact_force.png", "phase_contact.png"} <= names
+    assert not names & {"mesh.png", "motion.gif", "orbit.png", "contact_map.png"}
 
 
 def test_same_results_give_the_same_bytes(rod: Path, tmp_path: Path) -> None:

@@ -147,6 +147,15 @@ def test_vertices_of_quadratic_elements_do_not_press_smoothly(folder: Path) -> N
     assert pressed(changed(study, "body", degree=2))[1] > 0.1
 
 
+@pytest.mark.parametrize("cells", ["quad", "triangle"])
+def test_averaged_rows_of_quadratic_elements_press_smoothly(folder: Path, cells: str) -> None:
+    study = changed(dumbbell(folder, cells=cells), "reduction", modes=5)
+    study = changed(changed(study, "body", degree=2), "contact", rows="averaged")
+    oscillation, jump, _ = pressed(study)
+    assert oscillation < 1e-3
+    assert jump < 4e-3
+
+
 def test_plate_without_lateral_contraction_moves_as_the_exact_rod() -> None:
     from exact_rod import frequency_ratio
 

@@ -14,22 +14,9 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries
 from fenics_nnm.output.motion_measures import kinetic_shares, section_motion, standing
-from fenics_nnm.output.motion_plots import (
-    plot_kinetic_shares,
-    plot_phase_space,
-    plot_space_time,
-    space_time,
-)
+from fenics_nnm.output.motion_plots import plot_phase_space, plot_space_time, space_time
 from fenics_nnm.output.stored_branch import StoredBranch, read_stored_branch
 from fenics_nnm.output.surface import face_normals, feature_edges, surface_faces
-from fenics_nnm.output.surface_plots import (
-    PLANE,
-    Deformed,
-    Row,
-    View,
-    plot_contact_mesh,
-    plot_deformed,
-)
 
 PHASE = np.linspace(-np.pi, np.pi, 41)
 
@@ -218,30 +205,3 @@ def test_pictures_of_a_rod(run: Run, tmp_path: Path, drawn: list[Figure]) -> Non
     assert np.all(np.diff(maps[0].place) > 0)
     plot_space_time(tmp_path / "maps.png", maps, title="Rod", caption="Maps")
     assert_good(tmp_path / "maps.png", drawn[1], 6)
-    plot_kinetic_shares(tmp_path / "shares.png", branch, title="Rod")
-    assert_good(tmp_path / "shares.png", drawn[2], 1)
-    with pytest.raises(OutputError, match="no faces"):
-        plot_contact_mesh(tmp_path / "mesh.png", branch, title="Rod")
-
-
-@pytest.mark.parametrize(("base", "view"), [(PLATE, PLANE), (BEAM, View(up="y"))])
-def test_pictures_of_a_body(
-    run: Run, tmp_path: Path, drawn: list[Figure], base: Any, view: View
-) -> None:
-    branch = run(base=base)
-    drawn.clear()
-    plot_contact_mesh(tmp_path / "mesh.png", branch, title="Body", view=view)
-    assert_good(tmp_path / "mesh.png", drawn[0], 1)
-    field = branch.displacement(branch.point(1.1), np.zeros(1))[0]
-    row = Row("displacement", 10, [Deformed("0.5", field / 2), Deformed("1", field)])
-    plot_deformed(tmp_path / "shape.png", branch, [row], title="Body", caption="Shape", view=view)
-    assert_good(tmp_path / "shape.png", drawn[1], 3)
-
-
-def test_view_turns_the_body_without_changing_lengths() -> None:
-    for up, upwards in zip("xyz", np.eye(3), strict=True):
-        frame = View(elevation=0, azimuth=-90, up=up).frame
-        np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-15)
-        assert np.linalg.det(frame) == pytest.approx(1)
-        np.testing.assert_allclose(frame[1], upwards, atol=1e-15)
-    np.testing.assert_allclose(PLANE.frame[:2], np.eye(3)[:2], atol=1e-15)

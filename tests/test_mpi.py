@@ -12,10 +12,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import small_meshes
 from conftest import BEAM, PLATE, Ended
+from fork_mesh import fork, fork_study
 from written_fields import read_grid
 
 from fenics_nnm.output import branch_file
@@ -39,6 +41,20 @@ def fail(*arguments, **keywords):
 if MPI.COMM_WORLD.rank in {ranks}:
     fenics_nnm.{name} = fail
 sys.exit(main(sys.argv[1:]))
+"""
+
+
+GROUPS = """
+import sys
+from pathlib import Path
+from mpi4py import MPI
+from fenics_nnm.meshing import tagged_mesh
+from fenics_nnm.output.group_table import group_table
+from fenics_nnm.study import read_study
+
+text = group_table(tagged_mesh(read_study(Path(sys.argv[1])), MPI.COMM_WORLD))
+if MPI.COMM_WORLD.rank == 0:
+    print("\\n".join(text))
 """
 
 
@@ -94,7 +110,8 @@ def assert_same_fields(one: Path, two: Path) -> None:
         assert list(first.point_data) == list(second.point_data)
         for array, values in first.point_data.items():
             if not array.startswith("phase of"):  # two instants may have the same stress
-                size = 1e-8 * largest[array]
+                # one layer of cells does not settle all terms of the stresses' polynomials
+                size = (2e-7 if "stress" in array else 1e-8) * largest[array]
                 np.testing.assert_allclose(second.point_data[array], values, rtol=0, atol=size)
 
 
@@ -124,6 +141,43 @@ def test_two_ranks_give_the_backbone_of_one(
     _, one = branch_file.read(tmp_path / "one" / "branch.h5")
     assert len(one) == len(rows(tmp_path / "two" / "backbone.csv")) == 4
     assert_same_fields(tmp_path / "one" / "fields", tmp_path / "two" / "fields")
+
+
+SEVERAL: list[dict[str, Any]] = [
+    {"name": "tines", "facets": "left tine", "against": "right tine"},
+    {
+        "name": "stop",
+        "facets": "right tine",
+        "direction": [0.0, 1.0],
+        "points": 2,
+        "rows": "averaged",
+        "casing": {"shape": "cylinder", "axis": "z", "radius": 0.2},
+    },
+]
+
+
+def test_two_ranks_have_the_same_patches(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """The tines are on both ranks, and each row of facing patches may be, too."""
+    fork(tmp_path / "fork.msh", right=9)
+    values = fork_study(tmp_path / "fork.msh", patch=SEVERAL)
+    values["reduction"]["modes"] = 3
+    values["continuation"] = {"energies": {"from": 0.9, "to": 1.1, "step": 0.1}, "shooting": False}
+    study = study_file(values)
+    assert command("run", study, "--output", "one").code == 0
+    ended = on_ranks(2, "-m", "fenics_nnm", "run", study, "--output", "two", folder=tmp_path)
+    assert ended.code == 0, ended.err
+    one, two = (branch_file.read(tmp_path / name / "branch.h5") for name in ("one", "two"))
+    np.testing.assert_allclose(two[0].model.R, one[0].model.R, rtol=1e-9)
+    np.testing.assert_allclose(np.abs(two[0].model.Phi), np.abs(one[0].model.Phi), atol=1e-7)
+    assert [point.frequency for point in two[1]] == pytest.approx(
+        [point.frequency for point in one[1]], rel=1e-8
+    )
+    with h5py.File(tmp_path / "one/branch.h5") as a, h5py.File(tmp_path / "two/branch.h5") as b:
+        for name in ("points", "directions", "areas", "patches", "patch_names"):
+            np.testing.assert_array_equal(a["contact"][name][:], b["contact"][name][:])
+        np.testing.assert_allclose(a["model/gap"][:], b["model/gap"][:], rtol=1e-13)
 
 
 def test_check_prints_once(study_file: StudyFile, command: Command, tmp_path: Path) -> None:
@@ -165,6 +219,29 @@ def test_bad_mesh_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
     assert ended.code == 2, ended.err
     (line,) = own_lines(ended)
     assert "2 facets lie inside the body" in line
+
+
+def test_picked_groups_are_the_same(study_file: StudyFile, tmp_path: Path) -> None:
+    """Also those that elements are made smaller at, and those of a face that ranks share."""
+    with small_meshes.saved_model(tmp_path / "body.step"):
+        small_meshes.gmsh.model.occ.addCylinder(0, 0, 0, 100, 0, 0, 10)
+        small_meshes.gmsh.model.occ.synchronize()
+    refine = [{"facets": "tip", "size": 3.0, "distance": 20.0}]
+    mesh = {"file": "body.step", "length_unit": "mm", "element_size": 8.0, "refine": refine}
+    groups = {
+        "root": {"x": 0.0},
+        "tip": {"nearest": {"point": [0.1, 0.0, 0.0]}},
+        "side": {"cylinder": {"axis": "x", "radius": 0.01}},
+    }
+    study = study_file(
+        BEAM, mesh={"=": mesh}, groups=groups, clamp={"facets": "root"}, contact={"facets": "tip"}
+    )
+    (tmp_path / "groups.py").write_text(GROUPS)
+    told = [on_ranks(n, "groups.py", study, folder=tmp_path) for n in (1, 2)]
+    assert [ended.code for ended in told] == [0, 0], told[1].err
+    tables = [ended.out for ended in told]
+    assert tables[0] == tables[1]
+    assert all(name in tables[0] for name in groups)
 
 
 @pytest.mark.parametrize("rank", [0, 1])

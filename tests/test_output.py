@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import h5py
@@ -184,6 +185,6 @@ def test_check_shows_frequencies_and_groups(
     text = capsys.readouterr().out
     assert "410 degrees of freedom" in text
     assert "[0, 0.2] x [0, 0.02] m" in text
-    assert "bottom, left, right, top" in text
+    assert re.search(r"right +2 +0.02 +\(0.2, 0.01\), \[0.2, 0.2\] x \[0, 0.02\]", text)
     assert "3 points, 0.0001 m^2" in text
     assert list(tmp_path.iterdir()) == [tmp_path / "plate.toml"]

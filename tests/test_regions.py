@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import small_meshes
+import ufl
 from conftest import PLATE, ROD, Ended
 from dolfinx import fem
 from mpi4py import MPI
@@ -17,6 +18,7 @@ from test_mpi import on_ranks
 
 from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.fem.mesh import read_mesh
+from fenics_nnm.fem.solid import stress_tensor
 from fenics_nnm.study import read_study
 
 StudyFile = Callable[..., Path]
@@ -82,22 +84,38 @@ def test_named_cells_cover_their_part_of_the_mesh(tmp_path: Path) -> None:
     assert sum(map(len, tagged.cells.values())) == len(centres)
 
 
-def test_two_ranks_find_the_same_materials(
+def test_two_ranks_find_the_same_materials_masses_and_springs(
     study_file: StudyFile, command: Command, tmp_path: Path
 ) -> None:
     small_meshes.halves(tmp_path / "mesh.msh")
-    materials = [{"cells": "west", **STEEL}, {"cells": "east", **ALUMINIUM}]
-    study = study_file(PLATE, mesh=FILE, material={"=": materials})
+    study = study_file(
+        PLATE,
+        mesh=FILE,
+        material={"=": [{"cells": "west", **STEEL}, {"cells": "east", **ALUMINIUM}]},
+        mass=[{"at": [1.0, 1.02], "mass": 1.0}, {"facets": "right", "mass": 2.0}],
+        spring=[{"at": [2.0, 1.0], "stiffness": [0.0, 1e6]}],
+    )
     alone = command("check", study)
     ended = on_ranks(2, "-m", "fenics_nnm", "check", study, folder=tmp_path)
     assert (alone.code, ended.code) == (0, 0), alone.err + ended.err
-    assert ended.out.splitlines()[:14] == alone.out.splitlines()[:14]
-    assert "cells west: E 210 GPa" in alone.out
-    as_given = frequencies(study)[0]
-    swapped = [{"cells": "east", **STEEL}, {"cells": "west", **ALUMINIUM}]
-    other = frequencies(study_file(PLATE, mesh=FILE, material={"=": swapped}))
-    # stiff near the clamp, light at the free end: higher than the other way round
-    assert as_given > 1.5 * other[0]
+    lines = alone.out.splitlines()
+    assert ended.out.splitlines() == lines  # with the frequencies of the modes
+    for words in (
+        "material         cells west: E 210 GPa, Poisson's ratio 0, density 7800 kg/m^3",
+        "mass[1]          1 kg at the vertex (1, 1) m",
+        "mass[2]          2 kg spread over right",
+        "spring[1]        0, 1e+06 N/m along x, y at the vertex (2, 1) m",
+    ):
+        assert words in lines
+
+
+def test_the_stiff_half_is_where_its_cells_are(study_file: StudyFile, tmp_path: Path) -> None:
+    small_meshes.halves(tmp_path / "mesh.msh")
+    first = []
+    for stiff, light in (("west", "east"), ("east", "west")):
+        materials = [{"cells": stiff, **STEEL}, {"cells": light, **ALUMINIUM}]
+        first.append(frequencies(study_file(PLATE, mesh=FILE, material={"=": materials}))[0])
+    assert first[0] > 1.5 * first[1]  # stiff near the clamp, light at the free end
 
 
 CASES: list[tuple[Any, str]] = [
@@ -126,3 +144,32 @@ def test_an_entity_in_two_groups_is_refused(
     materials = [{"cells": "inner", **STEEL}, {"cells": "outer", **ALUMINIUM}]
     study = study_file(ROD, mesh=FILE, material={"=": materials})
     command("check", study).assert_one_line(2, "8 have more than one", '"inner", "outer"')
+
+
+def test_stress_jumps_with_the_material(study_file: StudyFile, tmp_path: Path) -> None:
+    """One strain in both halves; an axis in the other half does not matter to the turning one."""
+    small_meshes.halves(tmp_path / "mesh.msh")
+    turning = {
+        "cells": "east",
+        "young": [4e10, 1e10, 1e10],
+        "poisson": [0.0, 0.0, 0.0],
+        "shear": [5e9, 5e9, 5e9],
+        "density": 1500.0,
+        "orientation": {"cylindrical": "z", "origin": [0.5, 0.5, 0.0]},
+    }
+    study = study_file(
+        PLATE, mesh=FILE, material={"=": [{"cells": "west", "poisson": 0.0, **STEEL}, turning]}
+    )
+    solid = linear_analysis(read_study(study), MPI.COMM_SELF).solid
+    mesh = solid.tagged.mesh
+    u = fem.Function(solid.space)
+    u.interpolate(lambda x: np.array([1e-3 * x[0], 1e-3 * x[1]]))
+    sigma = stress_tensor(u, solid)
+    x = ufl.SpatialCoordinate(mesh)
+    dx = ufl.Measure("dx", domain=mesh)
+    west, east = (ufl.conditional(side, 1.0, 0.0) for side in (ufl.lt(x[0], 1), ufl.gt(x[0], 1)))
+    # equal strains along both axes: E1 along the radius and E2 across add to the trace
+    means = [fem.assemble_scalar(fem.form(ufl.tr(sigma) * side * dx)) for side in (west, east)]
+    np.testing.assert_allclose(means, [2 * 2.1e8, 5e7], rtol=1e-9)
+    shears = fem.assemble_scalar(fem.form(sigma[0, 1] ** 2 * west * dx))
+    assert abs(shears) < 1e-6

@@ -20,7 +20,9 @@ from conftest import PLATE, ROD, Ended, changed, toml
 from web_page import Element, read_page
 
 from fenics_nnm.cli import main
-from fenics_nnm.output.html_report.words import aligned, length, plain, signed
+from fenics_nnm.output.gallery import Picture
+from fenics_nnm.output.html_report.words import aligned, length, plain, sentences, signed
+from fenics_nnm.output.pictures.results import read_results
 
 #: A title that would do harm as HTML, as a template, and in a caption.
 HOSTILE = "</title><script>alert('1')</script> & $title <img src=x onerror=alert(1)> &lt; 50 %"
@@ -41,10 +43,10 @@ def ran(folder: Path, study: dict) -> Path:
     return folder / "out"
 
 
-def reported(results: Path) -> Element:
+def reported(results: Path, file: Path | None = None) -> Element:
     """The page of a results folder, if nothing is wrong with it that can be wrong with any."""
-    assert main(["report", str(results)]) == 0
-    page = read_page((results / "report.html").read_text("utf-8"))
+    assert main(["report", str(results), *(["--output", str(file)] if file else [])]) == 0
+    page = read_page((file or results / "report.html").read_text("utf-8"))
     assert_alone(page)
     assert_references(page)
     for section in page.all("section"):
@@ -113,14 +115,33 @@ def records(results: Path) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO((results / "backbone.csv").read_text())))
 
 
+@pytest.fixture
+def one_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A single picture in place of all of them, which take their time."""
+
+    def draw(results: Path, folder: Path, *, formats: tuple[str, ...]) -> tuple[Picture, ...]:
+        folder.mkdir()
+        (folder / "a.svg").write_text(
+            '<svg xmlns="http://www.w3.org/2000/svg" width="72pt" height="36pt"/>'
+        )
+        return (Picture("a.svg", 'The "curve"', "f < 1 & f > 0 <b>.", "frequency"),)
+
+    monkeypatch.setattr("fenics_nnm.output.html_report.report.make_pictures", draw)
+
+
 @pytest.fixture(scope="module")
 def plate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return ran(tmp_path_factory.mktemp("plate"), changed(PLATE, {"title": HOSTILE}))
 
 
 @pytest.fixture(scope="module")
-def page(plate: Path) -> Element:
-    return reported(plate)
+def elsewhere(plate: Path) -> Path:
+    return plate.parent / "a page" / "plate.html"
+
+
+@pytest.fixture(scope="module")
+def page(plate: Path, elsewhere: Path) -> Element:
+    return reported(plate, elsewhere)
 
 
 def test_title_is_text_whatever_it_says(page: Element) -> None:
@@ -146,12 +167,15 @@ def test_points_are_those_of_the_table(plate: Path, page: Element) -> None:
     assert statuses == [row["status"] for row in rows]
 
 
-def test_whole_table_is_in_the_page_and_beside_it(plate: Path, page: Element) -> None:
+def test_whole_table_is_in_the_page_and_beside_it(
+    plate: Path, page: Element, elsewhere: Path
+) -> None:
     download, beside = section(page, "points").all("a")
     kind, data = opened(download.attributes["href"])
     assert kind == "text/csv" and download.attributes["download"] == "backbone.csv"
     assert data == (plate / "backbone.csv").read_bytes()
-    assert (plate / beside.attributes["href"]).samefile(plate / "backbone.csv")
+    linked = elsewhere.parent / unquote(beside.attributes["href"])
+    assert linked.samefile(plate / "backbone.csv")
 
 
 def test_words_have_the_numbers_of_the_summary(plate: Path, page: Element) -> None:
@@ -187,6 +211,7 @@ def test_forces_are_those_of_the_branch(plate: Path, page: Element) -> None:
     assert numbers(places, "area (mm²)") == pytest.approx(1e6 * areas, rel=1e-4)
 
 
+@pytest.mark.usefixtures("one_picture")
 def test_stopped_run_with_many_points(tmp_path: Path) -> None:
     energies = {"from": 0.8, "to": 1.1, "step": 0.004}
     results = ran(tmp_path, changed(ROD, {"continuation": {"energies": energies}}))
@@ -194,6 +219,13 @@ def test_stopped_run_with_many_points(tmp_path: Path) -> None:
     for name in ("summary.json", "backbone.csv"):
         (results / name).unlink()
     page = reported(results)
+    (image,) = page.all("img")
+    assert [image.attributes[name] for name in ("alt", "width", "height")] == [
+        'The "curve"',
+        "96",
+        "48",
+    ]
+    assert page.all("figcaption")[0].text == 'The "curve". f < 1 & f > 0 <b>.'
     points = section(page, "points")
     shown = numbers(points.all("table")[0], "point")
     assert len(rows) > 70 and len(shown) <= 60
@@ -201,19 +233,20 @@ def test_stopped_run_with_many_points(tmp_path: Path) -> None:
     (download,) = points.all("a")
     data = opened(download.attributes["href"])[1].decode()
     assert len(data.splitlines()) == len(rows) + 1
-    assert "stopped before its end" in section(page, "overview").text
+    assert "the run was stopped before its end" in section(page, "overview").text
     assert "Linear modes: the run was stopped" in section(page, "absent").text
 
 
 def test_preloaded_rod_says_what_is_closed_at_rest(tmp_path: Path) -> None:
     below = {"energies": {"from": 0.8, "to": 0.9, "step": 0.1}, "report_at": []}
     results = ran(tmp_path, changed(ROD, {"contact": {"gap": -1e-3}, "continuation": below}))
-    told = section(reported(results), "overview").text
+    told = " ".join(sentences(read_results(results)))
     # E A |gap| / L, the bar pushed back to its obstacle
     assert "At rest 1 of them are closed, pressed with 189,000 N in all" in told
     assert "across a gap of -1 mm" in told and "The gamma ratio is 1 at an energy" in told
 
 
+@pytest.mark.usefixtures("one_picture")
 def test_matrices_and_a_run_that_lacks_points(tmp_path: Path) -> None:
     K, M = np.array([[2e6, -1e6], [-1e6, 2e6]]), np.diag([1.0, 2.0])
     np.savez(tmp_path / "matrices.npz", K=K, M=M, B=np.array([[1.0, 0.0]]))
@@ -241,16 +274,6 @@ def test_new_run_takes_the_page_of_the_old_one_away(plate: Path, tmp_path: Path)
     assert not (results / "report.html").exists()
 
 
-def test_page_elsewhere_finds_the_table(
-    plate: Path, tmp_path: Path, command: Callable[..., Ended]
-) -> None:
-    file = tmp_path / "a page" / "plate.html"
-    ended = command("report", plate, "--output", file)
-    assert (ended.code, ended.out.splitlines(), ended.err) == (0, [f"report in {file}"], "")
-    beside = section(read_page(file.read_text("utf-8")), "points").all("a")[1].attributes["href"]
-    assert (file.parent / unquote(beside)).samefile(plate / "backbone.csv")
-
-
 def test_no_results_is_one_line(tmp_path: Path, command: Callable[..., Ended]) -> None:
     command("report", tmp_path / "none").assert_one_line(1, "branch.h5", "results folder")
 
@@ -266,3 +289,8 @@ def test_numbers_are_written_as_people_write_them() -> None:
     assert aligned([1297.18631, 15.5, 0.0], 6) == ["1297.19", "15.50", "0.00"]
     assert [signed(x) for x in (0.0, 1e-9, 17.4706, -0.00891)] == ["0", "0", "+17.47", "-0.0089"]
     assert [length(x) for x in (0.0, 3.56e-4, 1e-3, 2.0)] == ["0 m", "356 µm", "1 mm", "2 m"]
+
+
+def test_animation_and_shapes_are_in_the_page(page: Element) -> None:
+    kinds = Counter(opened(i.attributes["src"])[0] for i in section(page, "motion").all("img"))
+    assert kinds["image/gif"] == 1 and kinds["image/png"] >= 2 and kinds["image/svg+xml"] >= 3

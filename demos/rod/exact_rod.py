@@ -77,3 +77,28 @@ def _wave(s: Array, period: float, a: float) -> Array:
 def _slope(s: Array, period: float, a: float) -> Array:
     """F', the square wave."""
     return np.where(np.mod(s, period) < 2, -a, a)
+
+
+def pressed_period(energy: Array | float) -> Array:
+    """Period of the first mode of a rod that is pressed against its obstacle.
+
+    The tip of the free rod would reach 1 past the obstacle. At rest the rod is compressed, u = -x,
+    with the force 1 and the energy 1/2. The square wave above with k = 1 is a motion for T in
+    (2, 3), too: the tip lifts off for 2 T - 4 and rests for 4 - T with the force 2 a; now
+    a = 1 / (2 (3 - T)), so that it rests 1 before its free place. As T goes to 2, the period of the
+    rod clamped at both ends, the motion dies away; as T goes to 3, that without a gap, a grows.
+
+    Args:
+        energy: 2 a^2 - 1/2, from the state of rest.
+    """
+    return 3 - 1 / np.sqrt(2 * np.asarray(energy) + 1)
+
+
+def pressed_motion(period: float, time: Array, place: Array) -> Array:
+    """Displacement of the pressed rod, as `motion` has it for the rod with a gap.
+
+    It is counted from where the rod is without stress; the obstacle is at -1.
+    """
+    a = 1 / (2 * (3 - period))
+    t = (time * period + period / 2 + 1)[:, None]
+    return _wave(t + place, period, a) - _wave(t - place, period, a)

@@ -15,10 +15,11 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from fenics_nnm.output.gallery import draw, make_pictures
 from fenics_nnm.output.motion_measures import first_torsion_mode, kinetic_shares, section_motion
-from fenics_nnm.output.motion_plots import plot_kinetic_shares
+from fenics_nnm.output.pictures.body import Row, Shape, plan_shapes
+from fenics_nnm.output.pictures.scene import View
 from fenics_nnm.output.stored_branch import read_stored_branch
-from fenics_nnm.output.surface_plots import Deformed, Row, View, plot_contact_mesh, plot_deformed
 from fenics_nnm.progress import progress
 from fenics_nnm.run import run_study
 from fenics_nnm.study import read_study
@@ -103,7 +104,6 @@ assert abs(turns[3.0]) < 0.9 * abs(turns[0.7])
 # the bending of the corner that rubs.
 
 # %%
-VIEW = View(elevation=18, azimuth=-65)
 whole, added = [], []
 for ratio in ENERGIES:
     point = blade.point(ratio)
@@ -119,32 +119,28 @@ for ratio in ENERGIES:
     )
     name = rf"$\gamma / \gamma_\mathrm{{grazing}} = {ratio:g}$"
     whole.append(
-        Deformed(
+        Shape(
             f"{name}: {point.frequency:.2f} Hz\n(Rayleigh {point.rayleigh_frequency:.2f} Hz)",
             displacement,
         )
     )
     added.append(
-        Deformed(
-            f"torsion mode: {shares[ratio]:.4%} of\nkinetic energy, "
-            f"{amplitudes[ratio]:+.2%} of amplitude",
+        Shape(
+            f"torsion: {shares[ratio]:.4%} of energy,\n{amplitudes[ratio]:+.2%} of amplitude",
             by_contact,
         )
     )
-plot_contact_mesh(
-    RESULTS / "mesh.png", blade, title="NASA rotor 37 blade and its contact points", view=VIEW
-)
-plot_deformed(
-    RESULTS / "mode_shapes.png",
+compared = plan_shapes(
     blade,
     [Row("displacement", 1.5, whole), Row("part not in the linear mode", 5, added)],
-    title="NASA rotor 37 blade: nonlinear mode 1 in the middle of the contact",
-    caption="Colours: displacement. Shapes drawn 1.5 times (above) and 5 times (below) as large, "
-    "over the outline at rest.\nTorsion mode: "
-    f"mode {torsion + 1}, {torsion_frequency:.1f} Hz; its amplitude is that over the first mode's.",
-    view=VIEW,
+    View(elevation=18, azimuth=-65),
+    name="contact_shapes",
+    title="Motion in the middle of the contact, and what contact adds",
+    caption="NASA rotor 37 blade, nonlinear mode 1 in the middle of the contact: above the motion, "
+    "below the same without the followed linear mode. Torsion mode: "
+    f"mode {torsion + 1}, {torsion_frequency:.1f} Hz; its amplitude is that over the "
+    "first mode's, its energy the share of the kinetic energy.",
 )
-plot_kinetic_shares(
-    RESULTS / "kinetic_shares.png", blade, title="NASA rotor 37 blade: modes that contact brings in"
-)
-print(f"pictures: {RESULTS}/*.png")
+draw([compared], RESULTS)
+pictures = make_pictures(RESULTS, RESULTS / "pictures", formats=["png"])
+print(f"{len(pictures)} pictures in {RESULTS}/pictures, and {RESULTS}/contact_shapes.png")

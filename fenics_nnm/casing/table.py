@@ -7,7 +7,6 @@ one before the first comes again, and at least two stations. Lines that start wi
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import GeometryError
+from fenics_nnm.geometry.csv_table import read_table
 from fenics_nnm.geometry.parameters import METRES
 
 #: Fewest angles of a table, and the widest angle between two of them in radians.
@@ -78,54 +78,12 @@ def read_radii(file: Path) -> RadiusTable:
     Raises:
         GeometryError: A line that names the file, what is wrong, and what would be right.
     """
-    try:
-        lines = file.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise GeometryError(f"{file}: cannot be read: {reason}") from error
-    rows = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(lines, 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(rows) < 2:
-        raise GeometryError(f"{file}: has no table: must be a header line and rows of numbers")
-    columns = _columns(file, rows[0][1])
-    values = np.array([_numbers(file, line, cells, columns) for line, cells in rows[1:]])
-    return RadiusTable.of(*_grid(file, values))
-
-
-def _columns(file: Path, header: list[str]) -> list[tuple[int, float]]:
-    """Place of each of theta, x, r in a row, and its unit in radians or m."""
-    lengths = [{f"{name}_{unit}": metres for unit, metres in METRES.items()} for name in "xr"]
-    found = []
-    for accepted in (_ANGLES, *lengths):
-        present = [name for name in header if name in accepted]
-        if len(present) != 1:
-            problem = "is missing" if not present else f"is given {len(present)} times"
-            wanted = " or ".join(accepted)
-            raise GeometryError(f"{file}: column {wanted} {problem}; it has {', '.join(header)}")
-        found.append((header.index(present[0]), accepted[present[0]]))
-    return found
-
-
-def _numbers(
-    file: Path, line: int, cells: list[str], columns: list[tuple[int, float]]
-) -> list[float]:
-    """Angle in radians, station and radius in m of one row."""
-    numbers = []
-    for place, unit in columns:
-        cell = cells[place] if place < len(cells) else ""
-        try:
-            value = float(cell)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise GeometryError(f'{file}: line {line}: "{cell}": must be a number')
-        numbers.append(value * unit)
-    if numbers[2] <= 0:
-        raise GeometryError(f"{file}: line {line}: radius {numbers[2]:g} m: must be positive")
-    return numbers
+    table = read_table(file, "file")
+    angle = table.column(*_ANGLES)
+    x, r = (table.column_with_unit(name) for name in "xr")
+    scale = [_ANGLES[angle], *(METRES[name.split("_")[1]] for name in (x, r))]
+    rows = [[row.number(angle), row.number(x), row.number(r, positive=True)] for row in table.rows]
+    return RadiusTable.of(*_grid(file, np.array(rows) * scale))
 
 
 def _grid(file: Path, values: Array) -> tuple[Array, Array, Array]:

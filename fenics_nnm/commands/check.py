@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from fenics_nnm.commands.shared import DONE, Commands, add_study, console_of, show, stages_of
-from fenics_nnm.errors import MeshError, ModelError, NonlinearModeError, StudyError
+from fenics_nnm.errors import MeshError, ModelError, NonlinearModeError, OutputError, StudyError
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study, read_study
 
 #: Endings of the file of a picture.
@@ -66,6 +66,8 @@ def _refuse_picture(study: Study, picture: Path | None) -> None:
         raise StudyError(f"--picture {picture}: matrices have no mesh to draw")
     if picture.suffix not in SUFFIXES:
         raise StudyError(f"--picture {picture}: must end in {' or '.join(SUFFIXES)}")
+    if not picture.absolute().parent.is_dir():
+        raise OutputError(f"--picture {picture}: cannot be written: there is no such folder")
 
 
 def _draw_groups(study: Study, picture: Path | None, error: Exception) -> None:

@@ -55,7 +55,11 @@ class Vertex:
 
 
 def spread_form(
-    space: fem.FunctionSpace, tagged: TaggedMesh, attachment: Attachment, extent: float
+    space: fem.FunctionSpace,
+    tagged: TaggedMesh,
+    attachment: Attachment,
+    clamped: Indices,
+    extent: float,
 ) -> Expr:
     """Bilinear form of what is spread over facets.
 
@@ -63,16 +67,20 @@ def spread_form(
         space: Displacement space.
         tagged: Mesh.
         attachment: What is spread.
+        clamped: Local indices of clamped degrees of freedom, unrolled.
         extent: Thickness of a plane body in m, cross-section of a rod in m^2, else 1.
 
     Raises:
-        MeshError: if a group is unknown, has no facets or has some inside the body.
+        MeshError: if a group is unknown, has no facets, has some inside the body or is clamped.
     """
     mesh, what = tagged.mesh, f"{attachment.key}.facets"
     facets = tagged.facets_of(attachment.facets, what)
     tags = dmesh.meshtags(mesh, tagged.dim - 1, facets, np.ones(len(facets), dtype=np.int32))
     ds = ufl.Measure("ds", domain=mesh, subdomain_data=tags)(1)
     _assert_on_surface(tagged, facets, what)
+    blocks = fem.locate_dofs_topological(space, tagged.dim - 1, facets)
+    if not mesh.comm.allreduce(len(np.setdiff1d(blocks * tagged.dim, clamped))):
+        raise MeshError(f"{what}: all are clamped: a {attachment.kind} there has no effect")
     size = mesh.comm.allreduce(fem.assemble_scalar(fem.form(fem.Constant(mesh, 1.0) * ds)))
     factor = extent if attachment.per_area else 1 / size
     values = fem.Constant(mesh, np.array(attachment.values) * factor)

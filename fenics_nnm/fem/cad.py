@@ -27,8 +27,8 @@ _OCC_UNITS = {"m": "M", "cm": "CM", "mm": "MM", "in": "INCH", "ft": "FT"}
 
 _IGES = (".iges", ".igs")
 
-#: Distance in mm between edges of IGES faces that are sewn to a solid.
-_SEWING = 1e-3
+#: Distance between edges of faces that are sewn to a solid, over the size of the body.
+_SEWING = 1e-6
 
 #: More elements than this are a misprint of the size.
 _MOST_ELEMENTS = 5_000_000
@@ -117,13 +117,9 @@ def _open(cad: Cad) -> None:
         what = "is not a file" if cad.path.exists() else "there is no such file"
         raise MeshError(f"mesh.file = {cad.path}: {what}")
     declared = declared_unit(cad.path)
-    if cad.path.suffix.lower() in _IGES:
-        gmsh.option.setNumber("Geometry.OCCSewFaces", 1)
-        gmsh.option.setNumber("Geometry.Tolerance", _SEWING)
-    gmsh.option.setNumber("Geometry.OCCMakeSolids", 1)
     try:
         with _quiet():
-            _merge(cad.path, declared or "mm")
+            _merge_sewn(cad.path, declared or "mm")
     except Exception as error:  # gmsh raises bare Exception
         raise MeshError(f"mesh.file = {cad.path}: gmsh cannot read it: {error}") from error
     if gmsh.model.getDimension() < 1:
@@ -137,25 +133,39 @@ def _open(cad: Cad) -> None:
         )
 
 
+def _merge_sewn(path: Path, unit: str) -> None:
+    """Merge a file with lengths in a unit; faces alone are read again and sewn to a solid."""
+    gmsh.option.setNumber("Geometry.OCCMakeSolids", 1)
+    _merge(path, unit)
+    known = path.suffix.lower() == ".geo" or gmsh.model.occ.getEntities(3)
+    if known or len(gmsh.model.occ.getEntities(2)) < 2:
+        return
+    size = np.ptp(np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3)), axis=0).max()
+    gmsh.model.occ.remove(gmsh.model.occ.getEntities(), recursive=True)
+    gmsh.option.setNumber("Geometry.OCCSewFaces", 1)
+    gmsh.option.setNumber("Geometry.Tolerance", _SEWING * float(size))
+    _merge(path, unit)
+
+
 def _merge(path: Path, unit: str) -> None:
     """Merge a file with lengths in a unit.
 
     OpenCASCADE converts to mm unless told otherwise, and cannot be told before its first STEP file
     is read: IGES files are read in mm and scaled.
     """
-    iges = path.suffix.lower() in _IGES
-    gmsh.option.setString("Geometry.OCCTargetUnit", _OCC_UNITS["mm" if iges else unit])
+    if path.suffix.lower() not in _IGES:
+        gmsh.option.setString("Geometry.OCCTargetUnit", _OCC_UNITS[unit])
+        gmsh.merge(str(path))
+        return
+    gmsh.option.setString("Geometry.OCCTargetUnit", _OCC_UNITS["mm"])
     try:
         gmsh.merge(str(path))
-    except Exception:  # gmsh raises bare Exception
-        if not iges:
-            raise
+    except Exception:  # gmsh raises bare Exception, here since no STEP file was read before
         gmsh.option.setString("Geometry.OCCTargetUnit", "")
         gmsh.merge(str(path))
-    if iges and unit != "mm":
-        gmsh.model.occ.dilate(
-            gmsh.model.occ.getEntities(), 0, 0, 0, *[METRES["mm"] / METRES[unit]] * 3
-        )
+    scale = METRES["mm"] / METRES[unit]
+    if scale != 1:
+        gmsh.model.occ.dilate(gmsh.model.occ.getEntities(), 0, 0, 0, scale, scale, scale)
         gmsh.model.occ.synchronize()
 
 

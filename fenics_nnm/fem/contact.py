@@ -23,8 +23,8 @@ class ContactInterface:
     """Contact points, the same on all ranks: patch by patch, in the order of the mesh's nodes.
 
     The displacement of contact point c towards its obstacle is d_c . sum_i W_ci u_i over the
-    displacement blocks i: that of a vertex or, where two patches face each other, its displacement
-    relative to the place opposite.
+    displacement blocks i: that of a vertex, or the mean about it, or, where two patches face each
+    other, the displacement of a vertex relative to the place opposite.
 
     Attributes:
         points: Coordinates in m, shape (n_c, dim).

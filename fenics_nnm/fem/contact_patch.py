@@ -10,6 +10,7 @@ from scipy.sparse import coo_array, csr_array
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.errors import MeshError, ModelError
+from fenics_nnm.fem.averaged_rows import averaged_entries
 from fenics_nnm.fem.facing import Counterparts, counterparts
 from fenics_nnm.fem.patch_vertices import PatchVertices
 from fenics_nnm.fem.rows import Entries, owned_rows
@@ -48,6 +49,8 @@ class Patch:
             facets opposite.
         count: Number of points to spread evenly over the vertices, or None for all vertices.
         opposite: Facets that the patch can meet in place of a rigid obstacle.
+        averaged: Whether contact points have the mean displacement of the area about them, in
+            place of that of their vertex; not with facets opposite.
     """
 
     key: str
@@ -58,6 +61,7 @@ class Patch:
     gap: Field | None
     count: int | None = None
     opposite: Opposite | None = None
+    averaged: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +103,11 @@ def patch_points(solid: Solid, patch: Patch) -> PatchPoints:
     vertices, directions = vertices.chosen(np.flatnonzero(met)), directions[met]
     chosen = _chosen(patch, vertices)
     points, directions = vertices.points[chosen], directions[chosen]
-    entries = _vertex_entries(vertices, chosen)
     nearest = _nearest(vertices.points, points)
+    if patch.averaged:
+        entries = averaged_entries(solid, patch.facets, vertices, nearest)
+    else:
+        entries = _vertex_entries(vertices, chosen)
     owned = solid.tagged.mesh.topology.index_map(0).size_local
     pressures = _pressures(vertices, nearest, len(chosen), owned)
     gap = None if patch.gap is None else patch.gap(points, directions)
@@ -154,16 +161,23 @@ def _refuse_clamped(vertices: PatchVertices, patch: Patch) -> None:
 
 
 def _met(solid: Solid, patch: Patch, vertices: PatchVertices, directions: Array) -> Mask:
-    """Which vertices have a counterpart, if they need one."""
+    """Which vertices have a counterpart other than themselves, if they need one."""
     if patch.opposite is None:
         return np.ones(len(vertices.points), dtype=bool)
     across = counterparts(solid, patch.opposite.facets, vertices.points, directions)
-    if not across.met.any():
+    met = across.met & ~np.isin(vertices.numbers, _opposite_vertices(solid, patch).numbers)
+    if not met.any():
         raise ModelError(
             f"{patch.key}.against = {patch.opposite.what}: is not met by any line from "
             f"{patch.what} along the contact direction: must lie opposite"
         )
-    return across.met
+    return met
+
+
+def _opposite_vertices(solid: Solid, patch: Patch) -> PatchVertices:
+    assert patch.opposite is not None
+    key = f"{patch.key}.against"
+    return PatchVertices.of(solid, patch.opposite.facets, key, patch.opposite.what)
 
 
 def _chosen(patch: Patch, vertices: PatchVertices) -> Indices:
@@ -217,10 +231,7 @@ def _opposite_pressures(
         across: Counterparts of its contact points.
         places: Where they are in m, shape (n, dim).
     """
-    assert patch.opposite is not None
-    every = PatchVertices.of(
-        solid, patch.opposite.facets, f"{patch.key}.against", patch.opposite.what
-    )
+    every = _opposite_vertices(solid, patch)
     vertices = every.chosen(np.flatnonzero(np.isin(every.numbers, across.corners)))
     owned = solid.tagged.mesh.topology.index_map(0).size_local
     count, point = len(places), _nearest(vertices.points, places)

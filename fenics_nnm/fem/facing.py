@@ -111,9 +111,10 @@ def _gathered(solid: Solid, facets: Indices) -> _Simplices:
     owned = cells < topology.index_map(dim).size_local
     facets, cells = np.asarray(facets[owned], dtype=np.int32), cells[owned]
     topology.create_connectivity(dim - 1, 0)
-    nodes = _split(dmesh.entities_to_geometry(mesh, dim - 1, facets), dim)
-    cells = np.repeat(cells, nodes.shape[1])
-    nodes = nodes.reshape(-1, dim)
+    nodes: Indices = np.empty((0, dim), dtype=np.int64)
+    if len(facets):  # dolfinx divides by the number of facets
+        split = _split(dmesh.entities_to_geometry(mesh, dim - 1, facets), dim)
+        cells, nodes = np.repeat(cells, split.shape[1]), split.reshape(-1, dim)
     corners = mesh.geometry.x[nodes][:, :, :dim]
     inner = dmesh.compute_midpoints(mesh, dim, cells)[:, :dim]
     parts = (

@@ -122,7 +122,7 @@ class ModalSolver:
         if rigid:
             raise ModelError(
                 f"{rigid} rigid-body modes found: the body is not held; "
-                "name facets that hold it in clamp.facets, or give it springs"
+                "name facets that hold it in clamp.facets, or springs that are stiff enough"
             )
 
     def _check_inertia(self, squared: Array, count: int) -> float:

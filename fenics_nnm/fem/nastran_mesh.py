@@ -132,7 +132,7 @@ def _sets(
         owner = np.array([pid for pid, _, _ in members])
         for pid in np.unique(owner):
             rows = np.flatnonzero(owner == pid)
-            for name in {f"PID {pid}", names.get(int(pid), f"PID {pid}")}:
+            for name in dict.fromkeys((f"PID {pid}", names.get(int(pid), f"PID {pid}"))):
                 parts = sets.setdefault(name, {})
                 parts[kind] = np.union1d(parts.get(kind, np.empty(0, dtype=np.int64)), rows)
     return sets

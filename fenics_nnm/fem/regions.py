@@ -98,7 +98,8 @@ def regions_on(tagged: TaggedMesh, regions: tuple[Region, ...]) -> Regions:
     cells = [_cells(tagged, region, owned + index_map.num_ghosts) for region in regions]
     times = np.bincount(np.concatenate(cells), minlength=owned)[:owned]
     without, several = (
-        int(tagged.mesh.comm.allreduce(int(count))) for count in (sum(times == 0), sum(times > 1))
+        int(tagged.mesh.comm.allreduce(int(np.count_nonzero(wrong))))
+        for wrong in (times == 0, times > 1)
     )
     if without or several:
         raise MeshError(

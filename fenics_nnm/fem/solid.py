@@ -120,15 +120,15 @@ def _attach(
     clamp: list[fem.DirichletBC],
 ) -> dict[str, Vertex]:
     """Add masses and springs to K and M, which are left assembled; vertices of those at points."""
-    vertices = {}
+    vertices, clamped = {}, clamp[0].dof_indices()[0]
     for matrix, kind, diagonal in zip(matrices, ("spring", "mass"), (1.0, 0.0), strict=True):
         matrix.assemble()  # what is added to values that are still on their way is lost
         for each in body.attachments:
             if each.kind == kind and each.point:
-                vertices[each.key] = nearest_vertex(space, tagged, each, clamp[0].dof_indices()[0])
+                vertices[each.key] = nearest_vertex(space, tagged, each, clamped)
                 add_at_vertex(matrix, space, vertices[each.key], each.values)
             elif each.kind == kind:
-                form = fem.form(spread_form(space, tagged, each, body.extent))
+                form = fem.form(spread_form(space, tagged, each, clamped, body.extent))
                 assemble_matrix(matrix, form, clamp, diagonal)
                 matrix.assemble()
     return vertices

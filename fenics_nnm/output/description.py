@@ -57,9 +57,8 @@ def _first_event(rest: RestState, mode: int) -> tuple[str, str]:
     """Name of what ends the linear motion, and when it does."""
     if not rest.is_linear(mode):
         return "gamma ratio 1", "with the reference displacement, the points that touch taken open"
-    if rest.closed[rest.first(mode)]:
-        return "lift-off", "when it lifts off"
-    return "grazing", "when it grazes"
+    event = rest.at_one(mode)
+    return event, {"lift-off": "when it lifts off", "grazing": "when it grazes"}[event]
 
 
 def _resonances(study: Study, analysis: Analysis) -> list[str]:

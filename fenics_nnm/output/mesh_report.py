@@ -57,7 +57,7 @@ class MeshReport:
             *material_lines(solid),
             *attachment_lines(solid, interface),
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
-            f"gap {interface.gap.min():.4g} m",
+            f"{'smallest ' * (len(interface.names) > 1)}gap {interface.gap.min():.4g} m",
             *(f"  {patch}" for patch in patch_summaries(interface)),
         ]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
 from pathlib import Path
 from typing import cast
 
@@ -19,14 +18,10 @@ from mpl_toolkits.mplot3d import Axes3D
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output.motion_measures import kinetic_shares
 from fenics_nnm.output.stored_branch import StoredBranch
 
 #: Instants of a period that a closed orbit is drawn through.
 _ORBIT = 720
-
-#: Smallest share of the kinetic energy that is drawn, in percent.
-_SMALLEST_SHARE = 1e-8
 
 #: Places that a map is drawn through.
 _PLACES = 401
@@ -233,42 +228,6 @@ def _map_row(
             interpolation="bilinear",
         )
     figure.colorbar(image, ax=row, label=label)
-
-
-def plot_kinetic_shares(path: Path, branch: StoredBranch, *, title: str, modes: int = 4) -> None:
-    """Shares of the modes other than the followed one in the mean kinetic energy, over gamma.
-
-    Args:
-        path: Picture file to write.
-        branch: Branch.
-        title: Title.
-        modes: How many modes to draw: those with the largest shares at the last point.
-    """
-    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots()
-    ratios = [point.gamma_ratio for point in branch.points]
-    shares = 100 * np.array([kinetic_shares(branch.series, point.q) for point in branch.points])
-    others = np.delete(np.arange(shares.shape[1]), branch.header.mode - 1)
-    largest = others[np.argsort(shares[-1, others])[::-1][:modes]]
-    colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(largest)))
-    for mode, colour, marker in zip(largest, colours, cycle("osD^vP"), strict=False):
-        hertz = branch.header.model.omega[mode] / (2 * np.pi)
-        drawn = np.where(shares[:, mode] > _SMALLEST_SHARE, shares[:, mode], np.nan)
-        label = f"mode {mode + 1}, {hertz:.1f} Hz"
-        axes.semilogy(ratios, drawn, marker=marker, ms=4, lw=1, color=colour, label=label)
-    axes.axvline(1, color="0.6", lw=0.8, ls=":")
-    axes.set_xlabel(r"modal energy coordinate $\gamma / \gamma_\mathrm{grazing}$  (1)")
-    axes.set_ylabel("share of the mean kinetic energy  (%)")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=9)
-    figure.suptitle(title, fontsize=11)
-    figure.supxlabel(
-        f"Linear modes in the nonlinear mode {branch.header.mode}; before contact (dotted) there "
-        "are none but itself.",
-        **_CAPTION,
-    )
-    figure.savefig(path, dpi=150)
 
 
 def _uniform(place: Array, values: Array) -> Array:

@@ -114,6 +114,12 @@ class RestState:
         with np.errstate(divide="ignore", over="ignore"):
             return float(np.min(margin / moved))
 
+    def at_one(self, mode: int) -> str:
+        """What happens at gamma ratio 1."""
+        if not self.is_linear(mode):
+            return "reference displacement"
+        return "lift-off" if self.closed[self.first(mode)] else "grazing"
+
     def first(self, mode: int) -> int:
         """The contact point of the first event, or the first touching point to move that far."""
         margin = np.where(self.touching, self.scale, self.margin)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from fenics_nnm.study.messages import shown
 from fenics_nnm.study.record import Count, Finite, FromList, Positive, Record, Vector, axis_vector
 
 Pairs = Annotated[
@@ -105,10 +106,8 @@ class CasingSection(Record):
         if self.zero is None and not isinstance(self.axis, str):
             raise ValueError("zero: is missing: the direction of angle zero about such an axis")
         axis, zero = axis_vector(self.axis), axis_vector(self.zero)
-        size = max(len(axis), len(zero))
-        a, b = ([*v, 0.0, 0.0][:size] for v in (axis, zero))
-        product = sum(x * y for x, y in zip(a, b, strict=True))
-        lengths = sum(x * x for x in a) * sum(y * y for y in b)
+        product = sum(x * y for x, y in zip(axis, zero, strict=False))
+        lengths = sum(x * x for x in axis) * sum(y * y for y in zero)
         if self.zero is not None and product**2 > (1 - 1e-12) * lengths:
-            raise ValueError(f"zero = {self.zero}: must not be along the axis")
+            raise ValueError(f"zero = {shown(self.zero)}: must not be along the axis")
         return self

@@ -80,6 +80,11 @@ class PatchSection(Record):
     points: Count | Literal["all"] = Field(
         "all", description='positive number of points spread over the facets, or "all" vertices'
     )
+    rows: Literal["vertices", "averaged"] = Field(
+        "vertices",
+        description='displacement of a contact point: "vertices", that of its vertex, or '
+        '"averaged", the mean about it',
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -113,6 +118,11 @@ class PatchSection(Record):
             raise ValueError(
                 f"{key}: does not go with casing, whose distance is the gap (casing.clearance "
                 "adds to it)"
+            )
+        if self.rows == "averaged" and self.against is not None:
+            raise ValueError(
+                'rows = "averaged": does not go with against: must be "vertices", whose '
+                "counterparts are single places"
             )
         if self.gap is None and self.casing is None and self.against is None:
             raise ValueError("gap: is missing (initial gap in m; or a section casing, or against)")

@@ -40,12 +40,26 @@ class Energies(Range):
 class Frequencies(Range):
     """Range of frequencies, as ratios to that of the linear mode."""
 
-    start: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
+    start: Positive = Field(
         alias="from",
-        description="first frequency ratio, above 1: contact makes a structure stiffer",
+        description="lowest frequency ratio, above 1 where gaps are open: contact makes a "
+        "structure stiffer",
     )
-    stop: Positive = Field(alias="to", description="last frequency ratio")
+    stop: Positive = Field(
+        alias="to",
+        description="highest frequency ratio, below 1 where a closed contact lifts off",
+    )
     step: Positive = Field(0.005, description="largest step of the frequency ratio")
+
+    @model_validator(mode="after")
+    def _on_one_side_of_the_linear_one(self) -> Frequencies:
+        if self.start <= 1 <= self.stop:
+            raise ValueError(
+                f"from = {self.start:g}, to = {self.stop:g}: must both be above 1, where gaps are "
+                "open and contact makes a structure stiffer, or both below 1, where a closed "
+                "contact lifts off"
+            )
+        return self
 
 
 class ArcLengthSection(Record):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,11 +15,8 @@ from fenics_nnm.output.html_report.elements import Html, element, image, joined,
 #: Media types of the files that a page can show.
 _KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
 
-#: Pictures that are wider than so many times their height have a row of their own.
-_WIDE = 1.8
-
-#: Drawings with more bytes than this are shown as pixels, where there are some.
-_LARGEST_DRAWING = 400_000
+#: Pictures of bodies that are wider than so many times their height have a row of their own.
+_WIDE = 1.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,36 +32,28 @@ class Gallery:
     pictures: tuple[Picture, ...]
 
     def figures(self, *groups: str) -> tuple[Html, ...]:
-        """The pictures of some groups with captions, side by side where there is room.
+        """The pictures of some groups, group by group, with captions.
 
         Raises:
             OutputError: if a file cannot be read.
         """
-        figures = [self._figure(p) for p in self.pictures if p.group in groups]
+        chosen = [p for group in groups for p in self.pictures if p.group == group]
+        figures = [self._figure(picture) for picture in chosen]
         return (element("div", joined(figures), class_="figures"),) if figures else ()
 
     def _figure(self, picture: Picture) -> Html:
-        path = self._chosen((picture.file, *picture.also))
+        path = self.folder / picture.file
         try:
             data, size = path.read_bytes(), _size(path)
         except (OSError, ValueError) as error:
             raise OutputError(f"{path}: cannot be read: {error}") from error
         shown = image(data, _KINDS[path.suffix], alt=picture.title, size=size)
-        caption = element("strong", text(f"{picture.title}. "))
-        width, height = size
-        return element(
-            "figure",
-            shown,
-            element("figcaption", caption, text(picture.caption)),
-            **({"class_": "wide"} if width > _WIDE * height else {}),
+        told = element(
+            "figcaption", element("strong", text(f"{picture.title}. ")), text(picture.caption)
         )
-
-    def _chosen(self, files: Sequence[str]) -> Path:
-        """The file to show: a drawing that is not too large, or else pixels."""
-        paths = [self.folder / file for file in files if Path(file).suffix in _KINDS]
-        drawings = [path for path in paths if path.suffix == ".svg"]
-        small = [path for path in drawings if path.stat().st_size <= _LARGEST_DRAWING]
-        return next(iter([*small, *(p for p in paths if p not in drawings), *drawings]))
+        if path.suffix == ".svg" or size[0] < _WIDE * size[1]:
+            return element("figure", shown, told)
+        return element("figure", element("div", shown, class_="pan"), told, class_="wide")
 
 
 def _size(path: Path) -> tuple[int, int]:

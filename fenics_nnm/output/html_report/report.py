@@ -39,7 +39,7 @@ def write_report(folder: Path, file: Path) -> None:
     results = read_results(folder)
     with TemporaryDirectory() as scratch:
         drawn = Path(scratch) / "pictures"
-        gallery = Gallery(drawn, make_pictures(folder, drawn, formats=("svg", "png")))
+        gallery = Gallery(drawn, make_pictures(folder, drawn, formats=("svg",)))
         points = Path(scratch) / "backbone.csv"
         write_backbone(points, results.points)
         told = _told(results, gallery, points, _beside(folder, file))

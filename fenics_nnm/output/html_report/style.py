@@ -75,6 +75,8 @@ td.prose { min-width: 15rem; max-width: 34rem; }
 }
 figure { margin: 0; padding-bottom: 1.4rem; break-inside: avoid; }
 figure.wide { column-span: all; }
+.pan { overflow-x: auto; }
+.pan img { min-width: 34rem; }
 figure img {
   display: block; width: 100%; height: auto;
   padding: .4rem; background: #fff; border: 1px solid var(--line); border-radius: .5rem;
@@ -107,9 +109,14 @@ footer { margin-top: 2.5rem; padding-top: 1rem; border-top: 1px solid var(--line
   }
   body { display: block; max-width: none; padding: 0; font-size: 10pt; }
   nav { display: none; }
+  .figures { columns: 2; }
+  .pan img { min-width: 0; }
   figure, tr, .facts, .warnings { break-inside: avoid; }
   h2, h3 { break-after: avoid; }
   .scroll, pre { overflow: visible; border: 0; background: none; }
+  table { font-size: 7.5pt; }
+  th, td { padding: 2pt 4pt; }
+  td.prose { min-width: 0; }
   pre { white-space: pre-wrap; }
   details::details-content { content-visibility: visible; display: block; }
 }

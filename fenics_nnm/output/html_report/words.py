@@ -106,7 +106,7 @@ def _structure(results: Results) -> str:
 
 def _contact(results: Results) -> str:
     gap, count = results.model.gap, len(results.model.gap)
-    points = "One contact point" if count == 1 else f"{count} contact points"
+    points = _counted(count, "contact point")
     low, high = float(gap.min()), float(gap.max())
     across = length(low) if np.isclose(low, high) else f"{length(low)} to {length(high)}"
     area = "" if results.areas is None else f" ({results.areas.sum() * 1e6:.4g} mm²)"
@@ -145,9 +145,14 @@ def _method(results: Results) -> str:
     header = results.header
     method = study_of(results).get("reduction", {}).get("method", "massless")
     return (
-        f"It was found by harmonic balance with {header.harmonics} harmonics and {header.samples} "
-        f"time samples of a period, on a model of {header.modes} modes: {_REDUCTIONS[method]}."
+        f"It was found by harmonic balance with {_counted(header.harmonics, 'harmonic')} and "
+        f"{header.samples} time samples of a period, on a model of "
+        f"{_counted(header.modes, 'mode')}: {_REDUCTIONS[method]}."
     )
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _outcome(points: Sequence[BranchPoint]) -> str:
@@ -178,7 +183,10 @@ def _trust(points: Sequence[BranchPoint]) -> str:
     stable = sum(point.stability == STABLE for point in points)
     known = sum(bool(point.stability) for point in points)
     told = f"Of {len(points)} points: {listed}."
-    return f"{told} Stability is known of {known}: {stable} are stable." if known else told
+    if not known:
+        return told
+    which = "all of them are" if stable == known else f"{stable} {'is' if stable == 1 else 'are'}"
+    return f"{told} Stability is known of {known}: {which} stable."
 
 
 def warnings(results: Results) -> list[str]:
@@ -187,8 +195,8 @@ def warnings(results: Results) -> list[str]:
     told = []
     if not summary:
         told.append(
-            "The run was stopped before its end: there is no summary, and no point was checked "
-            "in time."
+            "There is no summary.json: the run was stopped before its end, and what is said below "
+            "is about the points that it had."
         )
     elif not summary["complete"]:
         told.append(f"The run did not get all that was asked for: {summary['reason']}.")

@@ -96,6 +96,7 @@ def plot_backbone(
     linear_frequency: float,
     failures: Sequence[float] = (),
     bifurcations: Sequence[Bifurcation] = (),
+    at_one: str = "grazing",
     curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
 ) -> None:
     """Frequency over gamma ratio and over energy, with the Rayleigh frequency.
@@ -109,6 +110,7 @@ def plot_backbone(
         linear_frequency: Frequency of the linear mode in Hz.
         failures: Gamma ratios without a point.
         bifurcations: Bifurcations to mark.
+        at_one: What happens at gamma ratio 1.
         curves: Further curves by name, as gamma ratios and frequencies in Hz.
     """
     figure = new_figure(4.4, 9.0)
@@ -125,7 +127,7 @@ def plot_backbone(
     for (name, (gamma, values)), style in zip((curves or {}).items(), styles, strict=False):
         left.plot(gamma, values, style, lw=1, label=name, zorder=0.5)
     _draw_failures(left, failures)
-    left.axvline(1, color=GREY, lw=0.8, ls=":", label="grazing")
+    left.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
     label(left, GAMMA, "frequency  (Hz)")
     _set_energy_scale(right, energies)
     label(right, _ENERGY, "")
@@ -164,7 +166,8 @@ def _frequency_plot(
     if over == "gamma":
         failures = results.summary.get("failures", [])
         _draw_failures(axes, [failure["gamma_ratio"] for failure in failures])
-        axes.axvline(1, color=GREY, lw=0.8, ls=":", label="grazing")
+        at_one = results.summary.get("at_rest", {}).get("at_gamma_ratio_1", "grazing")
+        axes.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
     if over == "energy":
         _set_energy_scale(axes, abscissa)
     label(axes, abscissa_label, "frequency  (Hz)")

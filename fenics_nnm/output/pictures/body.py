@@ -34,6 +34,7 @@ from fenics_nnm.output.pictures.style import (
     unit_for,
 )
 from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.output.surface import face_normals
 
 #: Colour of a body, and of its outline at rest.
 BODY, OUTLINE = "#d7dee6", "#707070"
@@ -43,6 +44,9 @@ _BALL = 0.008
 
 #: The largest displacement is drawn as about this part of the size of the body.
 _ENLARGED = 0.12
+
+#: Faces with a smaller cosine to the viewer are seen edgewise.
+_EDGEWISE = 0.02
 
 #: Displacements that differ by less than this part are of one size.
 _TIE = 1e-3
@@ -143,7 +147,7 @@ def plan_mesh(body: StoredBranch, view: View) -> Plan:
         show(figure.subplots(), images[0], camera)
         entries = [("ball", RED, f"contact points ({len(body.contact_points)})")]
         if fixed:
-            entries.append(("face" if isinstance(fixed, Faces) else "line", BLUE, "clamped"))
+            entries.append(_clamp_entry(fixed, camera))
         legend_of(figure, entries)
         caption = (
             f"Mesh of {len(body.cells)} cells with {len(body.nodes)} nodes; balls: contact points, "
@@ -162,6 +166,14 @@ def _clamp(skin: Skin, still: Array) -> Layer | None:
         return Faces(skin.places, faces, BLUE, edges=True) if len(faces) else None
     edges = skin.edges[still[skin.edges].all(axis=1)]
     return Lines(skin.places[edges], BLUE, 6.0) if len(edges) else None
+
+
+def _clamp_entry(fixed: Layer, camera: Camera) -> tuple[str, str, str]:
+    """Entry of the legend; it tells where no clamped face is turned to the viewer."""
+    if not isinstance(fixed, Faces):
+        return "line", BLUE, "clamped"
+    seen = face_normals(fixed.nodes[fixed.corners]) @ camera.frame[2] > _EDGEWISE
+    return "face", BLUE, "clamped" if seen.any() else "clamped (on the far side)"
 
 
 def plan_shapes(

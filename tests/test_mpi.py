@@ -110,7 +110,8 @@ def assert_same_fields(one: Path, two: Path) -> None:
         assert list(first.point_data) == list(second.point_data)
         for array, values in first.point_data.items():
             if not array.startswith("phase of"):  # two instants may have the same stress
-                size = 1e-8 * largest[array]
+                # one layer of cells does not settle all terms of the stresses' polynomials
+                size = (2e-7 if "stress" in array else 1e-8) * largest[array]
                 np.testing.assert_allclose(second.point_data[array], values, rtol=0, atol=size)
 
 

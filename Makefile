@@ -56,7 +56,7 @@ verify:
 	$(RUN) python3 demos/rod/preload.py
 	$(RUN) python3 demos/plate/plate.py
 	$(RUN) python3 tests/square_plate.py
-	$(RUN) python3 demos/rotor67/rotor67.py
+	$(RUN) python3 demos/six_geometries.py
 	$(RUN) python3 demos/rotor37/mesh_study.py
 	$(RUN) python3 demos/rotor37/reduction_study.py
 	$(RUN) python3 demos/rotor37/certificate.py

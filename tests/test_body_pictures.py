@@ -3,11 +3,13 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import gmsh
 import numpy as np
 import pytest
 from conftest import BEAM, PLATE, ROD, Ended
 from mpi4py import MPI
 from PIL import Image
+from small_meshes import saved_model
 
 from fenics_nnm.analysis import tagged_mesh
 from fenics_nnm.fem.mesh_groups import gathered_groups
@@ -138,6 +140,27 @@ def test_gathered_groups_have_the_area_of_the_body(base: dict, measures: dict) -
         away = corners.mean(axis=1) - groups.nodes.mean(axis=0)
         assert np.all(np.sum(normals * away, axis=1) > 0)
     assert roles_of(parsed) == {"left": "clamped", "right": "contact"}
+
+
+@pytest.mark.parametrize("recombine", [False, True])
+def test_faces_of_curved_meshes_have_their_corners_alone(tmp_path: Path, recombine: bool) -> None:
+    with saved_model(tmp_path / "cube.msh"):
+        base = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+        made = gmsh.model.occ.extrude([(2, base)], 0, 0, 1, [2], recombine=recombine)
+        gmsh.model.occ.synchronize()
+        gmsh.model.addPhysicalGroup(3, [made[1][1]], name="body")
+        gmsh.model.addPhysicalGroup(2, [base], name="left")
+        gmsh.model.addPhysicalGroup(2, [made[0][1]], name="right")
+        if recombine:
+            gmsh.model.mesh.setRecombine(2, base)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+    study = {**BEAM, "mesh": {"file": "cube.msh", "length_unit": "m"}}
+    groups = gathered_groups(tagged_mesh(study_from(study, tmp_path / "s.toml"), MPI.COMM_SELF))
+    assert groups is not None
+    assert groups.faces.shape[1] == (4 if recombine else 3)
+    assert measure(groups.nodes[groups.faces]) == pytest.approx(6)
+    assert measure(groups.nodes[groups.facets["left"]]) == pytest.approx(1)
 
 
 def measure(corners: np.ndarray) -> float:

@@ -140,6 +140,22 @@ def test_gathered_groups_have_the_area_of_the_body(base: dict, measures: dict) -
     assert roles_of(parsed) == {"left": "clamped", "right": "contact"}
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_gathered_groups_have_the_corners_of_curved_elements(tmp_path: Path, order: int) -> None:
+    """Middle nodes are left out: faces of a box cover it once, whatever the order."""
+    box = 'SetFactory("OpenCASCADE"); Box(1) = {0, 0, 0, 2, 1, 0.5};'
+    (tmp_path / "box.geo").write_text(box)
+    mesh = {"file": "box.geo", "length_unit": "m", "element_size": 0.4, "order": order}
+    base = {name: section for name, section in BEAM.items() if name != "mesh"}
+    groups = {"left": {"x": 0.0}, "right": {"x": 2.0}}
+    parsed = study_from({**base, "mesh": mesh, "groups": groups}, tmp_path / "study.toml")
+    found = gathered_groups(tagged_mesh(parsed, MPI.COMM_SELF))
+    assert found is not None
+    assert found.faces.shape[1] == 3
+    assert measure(found.nodes[found.faces]) == pytest.approx(2 * (2 + 1 + 0.5))
+    assert measure(found.nodes[found.facets["right"]]) == pytest.approx(0.5)
+
+
 def measure(corners: np.ndarray) -> float:
     """Area, length or number of facets with corners of shape (f, 1 to 4, 3)."""
     if corners.shape[1] == 1:

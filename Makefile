@@ -45,7 +45,7 @@ pictures: demo
 	cp demos/plate/results/pressure.png $(PICTURES)/plate_pressure.png
 
 test:
-	$(RUN) python3 -m pytest -q tests
+	$(RUN) python3 -m pytest -q -n auto --dist worksteal tests
 	$(MAKE) lint
 
 verify:

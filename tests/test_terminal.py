@@ -68,7 +68,7 @@ POINT = BranchPoint(
 
 
 def branch_of(*points: BranchPoint) -> Branch:
-    return Branch(points, (), "reached gamma_ratio 3")
+    return Branch(points, (), "reached gamma ratio 3")
 
 
 def test_table_fits_on_a_narrow_terminal(study_file: StudyFile, tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def warned(caplog: pytest.LogCaptureFixture, *points: BranchPoint) -> str:
 def test_failed_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
     worse = replace(POINT, gamma_ratio=2.0, return_error=0.75, reason="misses its start by 75%")
     message = warned(caplog, POINT, worse)
-    assert "2 of 2 points failed the check in time: at gamma_ratio 2 misses its start by 75%" in (
+    assert "2 of 2 points failed the check in time: at gamma ratio 2 misses its start by 75%" in (
         message
     )
 
@@ -127,4 +127,4 @@ def test_verbose_tells_once_on_two_ranks(study_file: StudyFile, tmp_path: Path) 
     assert ended.code == 0, ended.err
     lines = own_lines(ended)
     assert sum("assembly: " in line for line in lines) == 1
-    assert sum("gamma_ratio 1.1: " in line for line in lines) == 1
+    assert sum("gamma ratio 1.1: " in line for line in lines) == 1

@@ -128,3 +128,16 @@ def test_verbose_tells_once_on_two_ranks(study_file: StudyFile, tmp_path: Path) 
     lines = own_lines(ended)
     assert sum("assembly: " in line for line in lines) == 1
     assert sum("gamma ratio 1.1: " in line for line in lines) == 1
+
+
+def test_help_lists_the_commands_in_the_order_of_their_use(
+    command: Command, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        command("--help")
+    assert ended.value.code == 0
+    told = capfd.readouterr().out
+    names = ["new", "check", "run", "plot", "export", "report", "convergence"]
+    assert re.findall(r"^    ([a-z]+) ", told, re.MULTILINE) == names
+    (example,) = (line for line in told.splitlines() if "&&" in line)
+    assert [part.split()[1] for part in example.split("&&")] == ["new", "run", "report"]

@@ -76,7 +76,7 @@ def plot_phase_space(
         *panels[0][1].get_legend_handles_labels(),
         loc="outside upper right",
         ncols=len(ratios),
-        title=r"$\gamma / \gamma_\mathrm{grazing}$",
+        title="gamma ratio  (1)",
         fontsize=9,
     )
     figure.suptitle(title, fontsize=11, x=0.02, ha="left")

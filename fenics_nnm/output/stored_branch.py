@@ -103,7 +103,7 @@ class StoredBranch:
         )
         if nearest is None or abs(nearest.gamma_ratio - gamma_ratio) > _SAME_RATIO:
             raise OutputError(
-                f"no point at gamma_ratio {gamma_ratio:g}: "
+                f"no point at gamma ratio {gamma_ratio:g}: "
                 "name it in continuation.report_at to have one"
             )
         return nearest

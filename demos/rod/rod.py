@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 from exact_rod import frequency_ratio, motion, period_at
+from motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_time
 from rich.console import Console
 
 from fenics_nnm.output.motion_measures import Standing, standing
-from fenics_nnm.output.motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_time
 from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.progress import progress

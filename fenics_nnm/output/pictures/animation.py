@@ -11,7 +11,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgb
 from PIL import Image as PillowImage
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output.pictures.body import OUTLINE, contact_balls, factor_for, size_of
 from fenics_nnm.output.pictures.panels import (
@@ -111,9 +111,7 @@ def _touching(
     if not len(touching):
         return []
     moved = field[body.contact_nodes[touching]]
-    places = body.contact_points[touching] + factor * np.pad(
-        moved, ((0, 0), (0, 3 - moved.shape[1]))
-    )
+    places = body.contact_points[touching] + factor * in_space(moved)
     return [contact_balls(places, size_of(skin.places))]
 
 

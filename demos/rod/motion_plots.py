@@ -1,4 +1,4 @@
-"""Pictures of periodic motions: projections of phase space, maps over space and time."""
+"""Pictures of the paper, Figs 4 and 5: projections of phase space, maps over space and time."""
 
 from __future__ import annotations
 

@@ -252,7 +252,7 @@ class _Recorder:
             branch.points,
             title=self.study.title,
             linear_frequency=float(linear_frequencies(analysis)[self.study.mode.number - 1]),
-            failures=[ratio for ratio, _ in branch.failures],
+            failures=_failures(self.study, branch),
             bifurcations=branch.bifurcations.located,
             at_one=analysis.model.at_rest().at_one(self.study.mode.number - 1),
         )
@@ -285,7 +285,7 @@ class _Recorder:
             "bifurcations_not_located": [list(g) for g in branch.bifurcations.unlocated],
             "largest_return_error": _largest_return_error(branch),
             "complete": branch.complete,
-            "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],
+            "failures": _failures(self.study, branch),
             "reason": branch.reason,
             "timings": dict(self.stages.timings),
             "versions": versions(),
@@ -311,12 +311,18 @@ def _store(points: Journal, point: BranchPoint) -> None:
     with uninterrupted():
         branch_file.append(points, point)
     logger.info(
-        "gamma_ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
+        "gamma ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
         point.gamma_ratio,
         point.frequency,
         point.energy,
         point.iterations,
     )
+
+
+def _failures(study: Study, branch: Branch) -> list[dict[str, Any]]:
+    """Wanted motions that were not found: the ratio that is stepped, and the reason."""
+    name = wanted_motions(study).name
+    return [{name: ratio, "reason": why} for ratio, why in branch.failures]
 
 
 def _largest_return_error(branch: Branch) -> float | None:
@@ -388,7 +394,7 @@ def _first_reason(points: list[BranchPoint]) -> str:
     if len({point.reason for point in points}) == 1:
         return points[0].reason
     worst = max(points, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
-    return f"at gamma_ratio {worst.gamma_ratio:g} {worst.reason}"
+    return f"at gamma ratio {worst.gamma_ratio:g} {worst.reason}"
 
 
 def _note(error: BaseException, text: str) -> None:

@@ -12,7 +12,7 @@ ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.p
     contact_force.png contact_duration.png phase_contact.png orbit.png certificate.png \
     multipliers.png
 
-.PHONY: help demo pictures test verify look lint image image-check clean distclean
+.PHONY: help demo pictures test verify verify-studies verify-random verify-viewers look lint image image-check clean distclean
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
@@ -45,10 +45,13 @@ pictures: demo
 	cp demos/plate/results/pressure.png $(PICTURES)/plate_pressure.png
 
 test:
-	$(RUN) python3 -m pytest -q tests
+	$(RUN) python3 -m pytest -q -n auto --dist worksteal tests
 	$(MAKE) lint
 
-verify:
+# Three parts, side by side with "make -j 2 verify".
+verify: verify-studies verify-random verify-viewers
+
+verify-studies:
 	$(RUN) python3 demos/bilinear/bilinear.py
 	$(RUN) python3 demos/rod/discretisations.py
 	$(RUN) python3 demos/rod/automatic.py
@@ -60,7 +63,11 @@ verify:
 	$(RUN) python3 demos/rotor37/mesh_study.py
 	$(RUN) python3 demos/rotor37/reduction_study.py
 	$(RUN) python3 demos/rotor37/certificate.py
+
+verify-random:
 	$(RUN) python3 tests/random_studies.py --count 200
+
+verify-viewers:
 	$(RUN) fenics-nnm run tests/paraview/beam.toml --output results/paraview
 	$(RUN) --viewers pvbatch tests/paraview/open_files.py results/paraview/fields
 	$(MAKE) look

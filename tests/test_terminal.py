@@ -113,7 +113,7 @@ def test_verbose_tells_stages_and_points(
     told = [record.getMessage() for record in caplog.records if record.levelno == logging.INFO]
     stages = [line.split(":")[0] for line in told if re.fullmatch(r"\w+: \d+\.\d\d s", line)]
     assert stages == ["mesh", "assembly", "modes", "attachments", "output", "backbone", "output"]
-    points = [line for line in told if re.match(r"gamma_ratio [\d.]+: [\d.]+ Hz, ", line)]
+    points = [line for line in told if re.match(r"gamma ratio [\d.]+: [\d.]+ Hz, ", line)]
     assert len(points) == 4
     caplog.clear()
     assert command("run", study_file(), "--output", "out").code == 0

@@ -56,7 +56,7 @@ GEOMETRIES = (
     Geometry("inp/bracket.toml", (625, 639), (1.07, 1.11), 6, 8, "inp/bracket.py"),
     Geometry("shroud/shroud.toml", (244, 249), (1.72, 1.83), 10, 8),
     Geometry("sector/sector.toml", (625, 637), (1.02, 1.05), 20, 12),
-    Geometry("rotor67/rotor67.toml", (100, 5000), (1.03, 1.06), 24, 4),
+    Geometry("rotor67/rotor67.toml", (367, 374.5), (1.03, 1.06), 24, 12),
     Geometry("fork/fork.toml", (452, 462), (1.17, 1.24), 9, 8),
 )
 

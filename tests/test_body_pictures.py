@@ -3,22 +3,22 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import gmsh
+import matplotlib.text
 import numpy as np
 import pytest
 from conftest import BEAM, PLATE, ROD, Ended
 from mpi4py import MPI
 from PIL import Image
-from small_meshes import saved_model
 
 from fenics_nnm.analysis import tagged_mesh
 from fenics_nnm.fem.mesh_groups import gathered_groups
-from fenics_nnm.output.pictures.body import factor_for
+from fenics_nnm.output.pictures.body import factor_for, plan_mesh
 from fenics_nnm.output.pictures.groups import roles_of
 from fenics_nnm.output.pictures.panels import round_below
 from fenics_nnm.output.pictures.renderer import render
 from fenics_nnm.output.pictures.scene import PLANE, Arrows, Balls, Camera, Faces, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import best_view, skin_around
+from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.study import study_from
 
 #: The beam of tetrahedra.
@@ -104,6 +104,25 @@ def test_best_view_shows_the_contact_surface_and_the_motion() -> None:
     assert best_view(skin, facing, sideways).up == "z"
 
 
+def test_clamp_is_seen_in_the_picture_of_the_mesh(
+    study_file: Callable[..., Path], command: Callable[..., Ended], tmp_path: Path
+) -> None:
+    """Clamped at x = 0: from x > 0 a second view is needed, from x < 0 none."""
+    energies = {"=": {"energies": {"from": 0.8, "to": 0.9, "step": 0.1}, "report_at": [0.8]}}
+    study = study_file(base=BEAM, continuation=energies)
+    assert command("run", study, "--output", "out").code == 0
+    body = read_stored_branch(tmp_path / "out" / "branch.h5")
+    for azimuth, views in ((20, 2), (200, 1)):
+        plan = plan_mesh(body, View(20, azimuth))
+        assert len(plan.scenes) == views
+        assert min(scene.camera.frame[2][0] for scene in plan.scenes) < 0
+        plot = plan.finish(render(plan.scenes))
+        told = [text.get_text() for text in plot.figure.findobj(matplotlib.text.Text)]
+        assert "clamped" in told
+        scale = next(text for text in told if text.endswith("m\n")).strip()
+        assert f"the scale below it, of {scale}." in plot.caption
+
+
 def test_enlarged_displacements_are_round_and_seen() -> None:
     assert [round_below(value) for value in (1.0, 1.99, 2.0, 4.9, 7.3, 0.06, 1200.0)] == [
         pytest.approx(value) for value in (1, 1, 2, 2, 5, 0.05, 1000)
@@ -142,25 +161,20 @@ def test_gathered_groups_have_the_area_of_the_body(base: dict, measures: dict) -
     assert roles_of(parsed) == {"left": "clamped", "right": "contact"}
 
 
-@pytest.mark.parametrize("recombine", [False, True])
-def test_faces_of_curved_meshes_have_their_corners_alone(tmp_path: Path, recombine: bool) -> None:
-    with saved_model(tmp_path / "cube.msh"):
-        base = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
-        made = gmsh.model.occ.extrude([(2, base)], 0, 0, 1, [2], recombine=recombine)
-        gmsh.model.occ.synchronize()
-        gmsh.model.addPhysicalGroup(3, [made[1][1]], name="body")
-        gmsh.model.addPhysicalGroup(2, [base], name="left")
-        gmsh.model.addPhysicalGroup(2, [made[0][1]], name="right")
-        if recombine:
-            gmsh.model.mesh.setRecombine(2, base)
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.setOrder(2)
-    study = {**BEAM, "mesh": {"file": "cube.msh", "length_unit": "m"}}
-    groups = gathered_groups(tagged_mesh(study_from(study, tmp_path / "s.toml"), MPI.COMM_SELF))
-    assert groups is not None
-    assert groups.faces.shape[1] == (4 if recombine else 3)
-    assert measure(groups.nodes[groups.faces]) == pytest.approx(6)
-    assert measure(groups.nodes[groups.facets["left"]]) == pytest.approx(1)
+@pytest.mark.parametrize("order", [1, 2])
+def test_gathered_groups_have_the_corners_of_curved_elements(tmp_path: Path, order: int) -> None:
+    """Middle nodes are left out: faces of a box cover it once, whatever the order."""
+    box = 'SetFactory("OpenCASCADE"); Box(1) = {0, 0, 0, 2, 1, 0.5};'
+    (tmp_path / "box.geo").write_text(box)
+    mesh = {"file": "box.geo", "length_unit": "m", "element_size": 0.4, "order": order}
+    base = {name: section for name, section in BEAM.items() if name != "mesh"}
+    groups = {"left": {"x": 0.0}, "right": {"x": 2.0}}
+    parsed = study_from({**base, "mesh": mesh, "groups": groups}, tmp_path / "study.toml")
+    found = gathered_groups(tagged_mesh(parsed, MPI.COMM_SELF))
+    assert found is not None
+    assert found.faces.shape[1] == 3
+    assert measure(found.nodes[found.faces]) == pytest.approx(2 * (2 + 1 + 0.5))
+    assert measure(found.nodes[found.facets["right"]]) == pytest.approx(0.5)
 
 
 def measure(corners: np.ndarray) -> float:

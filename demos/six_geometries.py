@@ -90,8 +90,8 @@ def within(value: float, band: tuple[float, float]) -> bool:
     return band[0] < value < band[1]
 
 
-def judged(geometry: Geometry, folder: Path, seconds: float) -> str:
-    """Check the results against what must come out, and return a row of the table."""
+def judge(geometry: Geometry, folder: Path, seconds: float) -> None:
+    """Print a row of the table, and check the results against what must come out."""
     summary = loads((folder / "summary.json").read_text())
     with (folder / "backbone.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -115,7 +115,6 @@ def judged(geometry: Geometry, folder: Path, seconds: float) -> str:
     assert 0.3e6 < size < 30e6, f"{geometry.name}: report of {size} bytes"
     assert "<img" in (folder / "report.html").read_text("utf-8")
     assert (folder.parent / "groups.png").stat().st_size > 20_000
-    return geometry.name
 
 
 # %%
@@ -133,4 +132,4 @@ if __name__ == "__main__":
         if not chosen or geometry.name in chosen:
             begin = time.perf_counter()
             folder = from_file_to_report(geometry)
-            judged(geometry, folder, time.perf_counter() - begin)
+            judge(geometry, folder, time.perf_counter() - begin)

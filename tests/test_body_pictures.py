@@ -13,7 +13,7 @@ from PIL import Image
 from fenics_nnm.analysis import tagged_mesh
 from fenics_nnm.fem.mesh_groups import gathered_groups
 from fenics_nnm.output.pictures.body import factor_for, plan_mesh
-from fenics_nnm.output.pictures.groups import roles_of
+from fenics_nnm.output.pictures.groups import roles_of, seen_areas
 from fenics_nnm.output.pictures.panels import round_below
 from fenics_nnm.output.pictures.renderer import render
 from fenics_nnm.output.pictures.scene import PLANE, Arrows, Balls, Camera, Faces, Lines, Scene, View
@@ -185,6 +185,19 @@ def measure(corners: np.ndarray) -> float:
         return float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum())
     diagonals = corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1]
     return float(np.linalg.norm(np.cross(*diagonals), axis=1).sum() / 2)
+
+
+def test_areas_of_groups_as_they_are_seen() -> None:
+    """A cube from its right and above: sine and cosine of the elevation, nothing from behind."""
+    groups = gathered_groups(tagged_mesh(study_from(dict(BEAM), Path("s.toml")), MPI.COMM_SELF))
+    assert groups is not None
+    view = View(elevation=30, azimuth=0)
+    camera = Camera.around(groups.nodes, view, pixels=100, slenderness=0.3)
+    seen = {n: seen_areas(groups, c, camera).sum() for n, c in groups.facets.items()}
+    whole = {name: measure(groups.nodes[corners]) for name, corners in groups.facets.items()}
+    assert seen["right"] == pytest.approx(np.cos(np.pi / 6) * whole["right"])
+    assert seen["top"] == pytest.approx(np.sin(np.pi / 6) * whole["top"])
+    assert seen["left"] == seen["bottom"] == 0
 
 
 def test_check_draws_the_groups(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from fenics_nnm.arrays import Array, in_space
+from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.mesh import TaggedMesh
@@ -118,14 +118,18 @@ def _compose(
         show(axes, image, camera)
     legend_of(figure, entries, columns=2 if len(views) == 1 else 4)
     figure.draw_without_rendering()
-    turned = [_turned_to(groups, camera) for camera in cameras]
+    turned = {
+        name: [seen_areas(groups, corners, camera) for camera in cameras]
+        for name, corners in groups.facets.items()
+        if len(corners)
+    }
     for number, (axes, camera) in enumerate(zip(panels, cameras, strict=True)):
-        shown = [
-            name
-            for name in groups.facets
-            if len(groups.facets[name]) and int(np.argmax([t[name] for t in turned])) == number
-        ]
-        _name(axes, camera, {name: _middle(groups, name) for name in shown})
+        places = {
+            name: _middle(groups.nodes[groups.facets[name]].mean(axis=1), each[number])
+            for name, each in turned.items()
+            if int(np.argmax([areas.sum() for areas in each])) == number
+        }
+        _name(axes, camera, places)
     figure.savefig(path, dpi=_DOTS)
 
 
@@ -190,20 +194,28 @@ def _entries(
     return entries
 
 
-def _turned_to(groups: MeshGroups, camera: Camera) -> dict[str, float]:
-    """How much of each group faces the viewer, away from the middle of the body."""
-    inside = groups.nodes.mean(axis=0)
-    found = {}
-    for name, corners in groups.facets.items():
-        places = groups.nodes[corners]
-        outwards = places.mean(axis=1) - inside
-        found[name] = float((outwards @ camera.frame[2]).sum()) if len(corners) else 0.0
-    return found
+def seen_areas(groups: MeshGroups, corners: Indices, camera: Camera) -> Array:
+    """Area of each facet as the viewer sees it, shape (f,), 0 if it is turned away.
+
+    Args:
+        groups: The mesh. Facets of a plane body or a rod all count 1.
+        corners: Corners of the facets of a group, shape (f, 1 to 4).
+        camera: Where it is seen from.
+    """
+    if groups.dim < 3:
+        return np.ones(len(corners))
+    outwards = {frozenset(face): face for face in groups.faces}
+    turned = np.array([outwards.get(frozenset(facet), facet) for facet in corners])
+    places = groups.nodes[turned]
+    normals = np.cross(places[:, 1] - places[:, 0], places[:, -1] - places[:, 0])
+    whole = 2 if corners.shape[1] == 3 else 1  # of the triangle, of the parallelogram
+    return np.asarray(np.maximum(normals @ camera.frame[2], 0) / whole)
 
 
-def _middle(groups: MeshGroups, name: str) -> Array:
-    """A place of a group near its middle: that of one of its facets."""
-    centres: Array = groups.nodes[groups.facets[name]].mean(axis=1)
+def _middle(centres: Array, areas: Array) -> Array:
+    """A place near the middle of what is seen of a group: the centre of one of its facets."""
+    seen = areas > 0 if areas.any() else np.ones(len(areas), dtype=bool)
+    centres = centres[seen]
     return np.asarray(centres[np.linalg.norm(centres - centres.mean(axis=0), axis=1).argmin()])
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from dolfinx import mesh as dmesh
+from dolfinx.cpp.mesh import cell_entity_type, cell_num_vertices
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.mesh import TaggedMesh
@@ -106,6 +107,9 @@ def _corners(mesh: dmesh.Mesh, dim: int, entities: Indices) -> Indices:
 def _local(mesh: dmesh.Mesh, dim: int, entities: Indices) -> Indices:
     """Local nodes at the corners of local entities, in order around each."""
     topology = mesh.topology
+    if not len(entities):  # dolfinx divides by their number
+        kind = cell_entity_type(topology.cell_type, dim, 0)
+        return np.empty((0, cell_num_vertices(kind)), dtype=np.int32)
     for other in (dim, topology.dim):
         topology.create_connectivity(dim, other)
         topology.create_connectivity(other, dim)

@@ -5,6 +5,7 @@ RUN := environment/run
 
 PICTURES := docs/pictures
 LOOKS := results/looks
+JOURNEYS := results/journeys
 
 # Of the pictures that `fenics-nnm plot` makes of rotor 37, those shown in docs.
 ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.png \
@@ -12,11 +13,12 @@ ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.p
     contact_force.png contact_duration.png phase_contact.png orbit.png certificate.png \
     multipliers.png
 
-.PHONY: help demo pictures test verify look lint image image-check clean distclean
+.PHONY: help demo pictures journeys kinds test lint clean distclean verify verify-studies \
+    verify-random verify-viewers look image image-check
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
-	@echo 'make pictures     run the demonstrations and copy their pictures to $(PICTURES)'
+	@echo 'make pictures     make all pictures of the docs anew, in $(PICTURES)'
 	@echo 'make test         run the tests and the checks of the source'
 	@echo 'make verify       run the slow studies of docs/verification.md'
 	@echo 'make look         look at reports in a browser, at the widths of a desktop and of a telephone'
@@ -43,12 +45,37 @@ pictures: demo
 	    --picture $(PICTURES)/rotor37_groups.png
 	$(RUN) python3 demos/plate/plate.py
 	cp demos/plate/results/pressure.png $(PICTURES)/plate_pressure.png
+	$(MAKE) kinds
+
+# The pictures of the user guide: its three journeys.
+journeys:
+	rm -rf $(JOURNEYS)
+	$(RUN) python3 demos/step/blade.py
+	$(RUN) fenics-nnm check demos/step/blade.toml --picture $(PICTURES)/step_groups.png
+	for kind in blade matrices; do \
+	    $(RUN) fenics-nnm new $$kind $(JOURNEYS) && \
+	    $(RUN) fenics-nnm run $(JOURNEYS)/$$kind.toml --output $(JOURNEYS)/$$kind && \
+	    $(RUN) fenics-nnm plot $(JOURNEYS)/$$kind --formats png || exit; done
+	cp $(JOURNEYS)/blade/pictures/motion.gif $(PICTURES)/blade_motion.gif
+	cp $(JOURNEYS)/matrices/pictures/frequency_gamma.png $(PICTURES)/matrices_frequency_gamma.png
+
+# The gallery's bodies of other kinds; `journeys` leaves the results of demos/step.
+kinds: journeys
+	for demo in fork shroud; do \
+	    $(RUN) fenics-nnm run demos/$$demo/$$demo.toml --output demos/$$demo/results || exit; done
+	for folder in step/results/blade fork/results shroud/results; do \
+	    $(RUN) fenics-nnm plot demos/$$folder --formats png && \
+	    cp demos/$$folder/pictures/mode_shapes.png \
+	        $(PICTURES)/$${folder%%/*}_mode_shapes.png || exit; done
 
 test:
-	$(RUN) python3 -m pytest -q tests
+	$(RUN) python3 -m pytest -q -n auto --dist worksteal tests
 	$(MAKE) lint
 
-verify:
+# Three parts, side by side with "make -j 2 verify".
+verify: verify-studies verify-random verify-viewers
+
+verify-studies:
 	$(RUN) python3 demos/bilinear/bilinear.py
 	$(RUN) python3 demos/rod/discretisations.py
 	$(RUN) python3 demos/rod/automatic.py
@@ -60,7 +87,11 @@ verify:
 	$(RUN) python3 demos/rotor37/mesh_study.py
 	$(RUN) python3 demos/rotor37/reduction_study.py
 	$(RUN) python3 demos/rotor37/certificate.py
+
+verify-random:
 	$(RUN) python3 tests/random_studies.py --count 200
+
+verify-viewers:
 	$(RUN) fenics-nnm run tests/paraview/beam.toml --output results/paraview
 	$(RUN) --viewers pvbatch tests/paraview/open_files.py results/paraview/fields
 	$(MAKE) look

@@ -1,4 +1,4 @@
-"""Types of arrays."""
+"""Types of arrays, and vectors in space."""
 
 from typing import Any
 
@@ -13,3 +13,8 @@ Mask = NDArray[np.bool_]
 
 Indices = NDArray[np.integer[Any]]
 """Whole numbers, most often places in another array."""
+
+
+def in_space(vectors: Array) -> Array:
+    """Vectors (n, dim) with three components, zero where the body has fewer."""
+    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

@@ -79,6 +79,10 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="fenics-nnm",
         description="Nonlinear modes of elastic structures in unilateral contact.",
+        epilog="example:\n  fenics-nnm new plate && fenics-nnm run plate.toml && "
+        "fenics-nnm report results/plate\n\n"
+        "fenics-nnm COMMAND --help tells the options of a command.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"fenics-nnm {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.casing import (
     Cone,
     Frame,
@@ -128,7 +128,7 @@ def _gap(key: str, patch: PatchSection, surface: Surface | None) -> Field | None
 
     def to_casing(points: Array, directions: Array) -> Array:
         def measured() -> Array:
-            return surface.distance(_padded(points), _padded(directions)) + clearance
+            return surface.distance(in_space(points), in_space(directions)) + clearance
 
         return _naming(f"{key}.casing", measured)
 
@@ -140,7 +140,7 @@ def _direction(key: str, patch: PatchSection, dim: int, surface: Surface | None)
         assert surface is not None
 
         def to_casing(points: Array, normals: Array) -> Array:
-            found = _naming(f"{key}.casing", lambda: surface.outward(_padded(points)))
+            found = _naming(f"{key}.casing", lambda: surface.outward(in_space(points)))
             if np.abs(found[:, dim:]).max(initial=0.0) > 1e-9:
                 raise ModelError(
                     f'{key}.direction = "casing": the normal of the casing leaves the {dim} '
@@ -166,11 +166,6 @@ def _naming(key: str, work: Callable[[], Result]) -> Result:
         return work()
     except GeometryError as error:
         raise GeometryError(f"{key}: {error}") from error
-
-
-def _padded(vectors: Array) -> Array:
-    """Vectors (n, dim) with three components."""
-    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))
 
 
 def _in_space(vector: tuple[float, ...]) -> Array:

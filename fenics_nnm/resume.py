@@ -172,13 +172,18 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
 
 
 def _parts(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Keys and values of a section, of all of its name, and of the sections in it."""
+    """Keys and values of a section, of all of its name, and of the sections in it.
+
+    They are named as `study.reading` names them: one of several by its number, counted from 1; a
+    section that is no part of another one may be the only one of its name, without a number.
+    """
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from _parts(f"{name}.{key}", inner)
     elif isinstance(value, tuple) and value and isinstance(value[0], dict):
+        alone = len(value) == 1 and "." not in name
         for number, part in enumerate(value, 1):
-            yield from _parts(name if len(value) == 1 else f"{name}[{number}]", part)
+            yield from _parts(name if alone else f"{name}[{number}]", part)
     else:
         yield name, value
 

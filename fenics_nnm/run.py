@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import logging
-import platform
-from collections import Counter
-from dataclasses import asdict, dataclass
-from importlib import metadata
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import dolfinx
 import numpy as np
-import petsc4py
-import slepc4py
 from mpi4py import MPI
 
-import fenics_nnm
 from fenics_nnm.analysis import (
     linear_frequencies,
     model_in_contact,
@@ -33,13 +26,13 @@ from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file, journal
-from fenics_nnm.output.auto_report import summary_of, told, warn_of
+from fenics_nnm.output.auto_report import told, warn_of
 from fenics_nnm.output.journal import Journal
 from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
+from fenics_nnm.output.run_summary import run_summary, versions
 from fenics_nnm.output.staging import Staging, Stopped, claim, publish, rescue, stopped_runs
 from fenics_nnm.output.tables import write_backbone, write_summary
-from fenics_nnm.reduction.rest import RestState
 from fenics_nnm.resolution.auto import Choice, choice, improved
 from fenics_nnm.resume import (
     StoredRun,
@@ -50,8 +43,7 @@ from fenics_nnm.resume import (
 )
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
-from fenics_nnm.time_domain.bifurcations import Bifurcation
-from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
+from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, STATUSES
 
 logger = logging.getLogger(__name__)
 
@@ -71,18 +63,6 @@ class RunResult:
     branch: Branch
     summary: dict[str, Any]
     told: str = ""
-
-
-def versions() -> dict[str, str]:
-    """Versions of the program and of the libraries that a result depends on."""
-    return {
-        "fenics_nnm": fenics_nnm.__version__,
-        "python": platform.python_version(),
-        "dolfinx": dolfinx.__version__,
-        "petsc4py": petsc4py.__version__,
-        "slepc4py": slepc4py.__version__,
-        **{name: metadata.version(name) for name in ("numpy", "scipy", "h5py")},
-    }
 
 
 def run_study(
@@ -222,7 +202,7 @@ class _Recorder:
 
     def write_tables(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
         """Write table, picture and summary; the summary is returned."""
-        summary = self._summary(analysis, branch)
+        summary = run_summary(self.chosen, analysis, branch, self.stages.timings)
         on_root(self.comm, lambda: self._write_tables(analysis, branch, summary))
         return summary
 
@@ -252,105 +232,23 @@ class _Recorder:
             branch.points,
             title=self.study.title,
             linear_frequency=float(linear_frequencies(analysis)[self.study.mode.number - 1]),
-            failures=[ratio for ratio, _ in branch.failures],
+            failures=summary["failures"],
             bifurcations=branch.bifurcations.located,
             at_one=analysis.model.at_rest().at_one(self.study.mode.number - 1),
         )
         write_summary(folder / "summary.json", summary)
-
-    def _summary(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
-        first = self.study.mode.number - 1
-        rest, amplitude = analysis.model.at_rest(), analysis.model.grazing_amplitude(first)
-        return {
-            "title": self.study.title,
-            **report_of(analysis).sizes(),
-            "mode": self.study.mode.number,
-            "harmonics": self.study.resolution.harmonics,
-            "samples": self.study.resolution.samples,
-            "linear_frequencies_Hz": [float(f) for f in linear_frequencies(analysis)],
-            **_at_rest(rest, first),
-            "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi) or None,
-            "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
-            **summary_of(self.chosen, branch),
-            "points": len(branch.points),
-            "statuses": dict(Counter(point.status for point in branch.points)),
-            "not_verified": _not_verified(branch),
-            "events": [
-                {"kind": p.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
-                for p in branch.points
-                if p.event
-            ],
-            "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
-            "bifurcations": [_in_summary(each) for each in branch.bifurcations.located],
-            "bifurcations_not_located": [list(g) for g in branch.bifurcations.unlocated],
-            "largest_return_error": _largest_return_error(branch),
-            "complete": branch.complete,
-            "failures": [{"gamma_ratio": r, "reason": why} for r, why in branch.failures],
-            "reason": branch.reason,
-            "timings": dict(self.stages.timings),
-            "versions": versions(),
-        }
-
-
-def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:
-    """What is closed and what touches at rest; nothing where all gaps are open."""
-    if not rest.pressed:
-        return {}
-    closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
-    return {
-        "at_rest": {
-            "closed": closed,
-            "touching": touching,
-            "contact_force_N": float(rest.force.sum()),
-            "at_gamma_ratio_1": rest.at_one(mode),
-        }
-    }
 
 
 def _store(points: Journal, point: BranchPoint) -> None:
     with uninterrupted():
         branch_file.append(points, point)
     logger.info(
-        "gamma_ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
+        "gamma ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
         point.gamma_ratio,
         point.frequency,
         point.energy,
         point.iterations,
     )
-
-
-def _largest_return_error(branch: Branch) -> float | None:
-    """Largest distance from its start of a motion integrated over its period; None if unknown."""
-    errors = [point.return_error for point in branch.points]
-    return max(errors) if errors and np.all(np.isfinite(errors)) else None
-
-
-def _in_summary(bifurcation: Bifurcation) -> dict[str, Any]:
-    return {
-        "kind": bifurcation.kind,
-        "gamma_ratio": bifurcation.gamma_ratio,
-        "energy_J": bifurcation.energy,
-        "frequency_Hz": bifurcation.frequency,
-        "multiplier": [bifurcation.multiplier.real, bifurcation.multiplier.imag],
-        "bracket_J": list(bifurcation.bracket),
-        "breaks_time_reversal": bifurcation.breaks_time_reversal,
-        "stable_before": bifurcation.stable_before,
-        "stable_after": bifurcation.stable_after,
-    }
-
-
-def _not_verified(branch: Branch) -> list[dict[str, Any]]:
-    """Points that integration in time does not confirm, each with the reason."""
-    return [
-        {
-            "position": point.position,
-            "gamma_ratio": point.gamma_ratio,
-            "status": point.status,
-            "reason": point.reason,
-        }
-        for point in branch.points
-        if point.status != VERIFIED
-    ]
 
 
 def _warn(branch: Branch) -> None:
@@ -388,7 +286,7 @@ def _first_reason(points: list[BranchPoint]) -> str:
     if len({point.reason for point in points}) == 1:
         return points[0].reason
     worst = max(points, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
-    return f"at gamma_ratio {worst.gamma_ratio:g} {worst.reason}"
+    return f"at gamma ratio {worst.gamma_ratio:g} {worst.reason}"
 
 
 def _note(error: BaseException, text: str) -> None:

@@ -99,6 +99,18 @@ def test_period_doubling_is_where_the_differences_say() -> None:
     assert place.energy == pytest.approx(exact, rel=5e-5)
 
 
+def test_way_back_over_a_bifurcation_does_not_count_it_twice() -> None:
+    place = three_modes().bifurcations.located[0]
+    there, back = (motion(factor * place.energy) for factor in (0.995, 1.005))
+    flow = Flow(MODEL)
+    stable, unstable = (Witness(r, m, stability(flow, m)) for r, m in ((1.6, there), (1.7, back)))
+    (forth,) = bifurcations(flow, [stable, unstable], reversible=True).located
+    again = bifurcations(flow, [stable, unstable, stable], reversible=True)
+    assert again.located == (forth,)
+    assert again.unlocated == ((1.7, 1.6),)
+    assert forth.energy == pytest.approx(place.energy, rel=1e-4)
+
+
 def test_general_motions_bifurcate_at_the_same_energies() -> None:
     general = three_modes(general=True).bifurcations.located
     for each, same in zip(general, three_modes().bifurcations.located, strict=True):

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import matplotlib.text
 import numpy as np
 import pytest
 from conftest import BEAM, PLATE, ROD, Ended
@@ -11,12 +12,13 @@ from PIL import Image
 
 from fenics_nnm.analysis import tagged_mesh
 from fenics_nnm.fem.mesh_groups import gathered_groups
-from fenics_nnm.output.pictures.body import factor_for
+from fenics_nnm.output.pictures.body import factor_for, plan_mesh
 from fenics_nnm.output.pictures.groups import roles_of
 from fenics_nnm.output.pictures.panels import round_below
 from fenics_nnm.output.pictures.renderer import render
 from fenics_nnm.output.pictures.scene import PLANE, Arrows, Balls, Camera, Faces, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import best_view, skin_around
+from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.study import study_from
 
 #: The beam of tetrahedra.
@@ -102,6 +104,25 @@ def test_best_view_shows_the_contact_surface_and_the_motion() -> None:
     assert best_view(skin, facing, sideways).up == "z"
 
 
+def test_clamp_is_seen_in_the_picture_of_the_mesh(
+    study_file: Callable[..., Path], command: Callable[..., Ended], tmp_path: Path
+) -> None:
+    """Clamped at x = 0: from x > 0 a second view is needed, from x < 0 none."""
+    energies = {"=": {"energies": {"from": 0.8, "to": 0.9, "step": 0.1}, "report_at": [0.8]}}
+    study = study_file(base=BEAM, continuation=energies)
+    assert command("run", study, "--output", "out").code == 0
+    body = read_stored_branch(tmp_path / "out" / "branch.h5")
+    for azimuth, views in ((20, 2), (200, 1)):
+        plan = plan_mesh(body, View(20, azimuth))
+        assert len(plan.scenes) == views
+        assert min(scene.camera.frame[2][0] for scene in plan.scenes) < 0
+        plot = plan.finish(render(plan.scenes))
+        told = [text.get_text() for text in plot.figure.findobj(matplotlib.text.Text)]
+        assert "clamped" in told
+        scale = next(text for text in told if text.endswith("m\n")).strip()
+        assert f"the scale below it, of {scale}." in plot.caption
+
+
 def test_enlarged_displacements_are_round_and_seen() -> None:
     assert [round_below(value) for value in (1.0, 1.99, 2.0, 4.9, 7.3, 0.06, 1200.0)] == [
         pytest.approx(value) for value in (1, 1, 2, 2, 5, 0.05, 1000)
@@ -138,6 +159,22 @@ def test_gathered_groups_have_the_area_of_the_body(base: dict, measures: dict) -
         away = corners.mean(axis=1) - groups.nodes.mean(axis=0)
         assert np.all(np.sum(normals * away, axis=1) > 0)
     assert roles_of(parsed) == {"left": "clamped", "right": "contact"}
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_gathered_groups_have_the_corners_of_curved_elements(tmp_path: Path, order: int) -> None:
+    """Middle nodes are left out: faces of a box cover it once, whatever the order."""
+    box = 'SetFactory("OpenCASCADE"); Box(1) = {0, 0, 0, 2, 1, 0.5};'
+    (tmp_path / "box.geo").write_text(box)
+    mesh = {"file": "box.geo", "length_unit": "m", "element_size": 0.4, "order": order}
+    base = {name: section for name, section in BEAM.items() if name != "mesh"}
+    groups = {"left": {"x": 0.0}, "right": {"x": 2.0}}
+    parsed = study_from({**base, "mesh": mesh, "groups": groups}, tmp_path / "study.toml")
+    found = gathered_groups(tagged_mesh(parsed, MPI.COMM_SELF))
+    assert found is not None
+    assert found.faces.shape[1] == 3
+    assert measure(found.nodes[found.faces]) == pytest.approx(2 * (2 + 1 + 0.5))
+    assert measure(found.nodes[found.facets["right"]]) == pytest.approx(0.5)
 
 
 def measure(corners: np.ndarray) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from conftest import BEAM, PLATE, ROD, Ended, changed
+from conftest import BEAM, PLATE, ROD, Ended, changed, toml
 from fork_mesh import fork, fork_study
 from mpi4py import MPI
 from small_meshes import QUADRANGLE, explicit
@@ -17,7 +17,8 @@ from small_meshes import QUADRANGLE, explicit
 from fenics_nnm.analysis import linear_analysis, nonlinear_mode
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.study import study_from
+from fenics_nnm.resume import difference
+from fenics_nnm.study import read_study, study_from
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -211,6 +212,21 @@ def test_results_tell_of_each_patch(
     with h5py.File(tmp_path / "out" / "branch.h5") as file:
         np.testing.assert_array_equal(file["contact/patches"][:], [0, 0, 0, 0, 1, 1])
         assert list(file["contact/patch_names"][:]) == [b"right", b"side"]
+
+
+def test_an_only_patch_has_one_name_everywhere(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """Where its value is refused, where another study is resumed, and where it is used."""
+    only, wider, bad = (
+        {**BEAM, "contact": {"patch": [{**UP, **gap}]}}
+        for gap in ({}, {"gap": 2e-3}, {"gap": "wide"})
+    )
+    told = difference(toml(only), toml(wider))
+    assert told == f"contact.patch[1].gap was {UP['gap']:g} and is 0.002 now"
+    command("check", study_file(bad)).assert_one_line(2, 'contact.patch[1].gap = "wide"')
+    contact = read_study(study_file(only)).contact
+    assert list(contact.patches) == ["contact.patch[1]"]
 
 
 def test_what_lies_beside_the_other_side_is_left_out(

@@ -317,7 +317,7 @@ def test_branch_that_does_not_converge(
     )
     ended = command("run", study, "--output", "out")
     assert ended.code == 1
-    assert "fenics-nnm: incomplete: no point at gamma_ratio 1.2" in ended.err
+    assert "fenics-nnm: incomplete: no point at gamma ratio 1.2" in ended.err
     assert "the multiplier loop stalled after 1 steps" in ended.err
     assert {path.name for path in (tmp_path / "out").iterdir()} == RESULTS
     _, points = branch_file.read(tmp_path / "out" / "branch.h5")

@@ -11,6 +11,7 @@ import pytest
 from conftest import BEAM, PLATE, Ended
 from written_fields import Arrays, arrays_of, frames, read_grid
 
+from fenics_nnm.fields.selection import FIELDS
 from fenics_nnm.output.stored_branch import StoredBranch, read_stored_branch
 
 Command = Callable[..., Ended]
@@ -19,16 +20,7 @@ StudyFile = Callable[..., Path]
 VON_MISES = "von Mises stress (Pa)"
 PRINCIPAL = [f"{which} principal stress (Pa)" for which in ("largest", "middle", "smallest")]
 
-ALL_FIELDS = [
-    "displacement",
-    "velocity",
-    "von_mises",
-    "principal_stress",
-    "stress",
-    "contact_pressure",
-    "gap",
-    "peak_stress",
-]
+ALL_FIELDS = list(FIELDS)
 
 
 @pytest.fixture

@@ -93,7 +93,7 @@ def test_tongue_is_followed_and_told(tongue: None, study_file: StudyFile, comman
     # far into it 3 omega is not near omega_2 any more, but the frequency stands still
     names = {resonance["name"] for resonance in summary["internal_resonances"]}
     assert names == {"mode 2 in harmonic 3", "other modes"}
-    assert summary["reason"] == "reached gamma_ratio 10"
+    assert summary["reason"] == "reached gamma ratio 10"
     with Path("out/backbone.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["event"] for row in rows if row["event"]] == kinds

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +22,9 @@ from fenics_nnm.continuation.outlook import outlook
 from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.output import branch_file
+from fenics_nnm.output.html_report.words import warnings
+from fenics_nnm.output.pictures.backbone import frequency_plots
+from fenics_nnm.output.pictures.results import read_results
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.study import study_from
 
@@ -46,7 +50,7 @@ def test_bilinear_oscillator(monkeypatch: pytest.MonkeyPatch) -> None:
     branch = follow(model, wanted, HarmonicBalance(21, 512), mode=0)
     linear = model.omega[0] / (2 * np.pi)
     assert branch.complete
-    assert branch.reason == "reached frequency_ratio 1.3"
+    assert branch.reason == "reached frequency ratio 1.3"
     swept = [point for point in branch.points if point.gamma_ratio != 1.5]
     expected = wanted.targets()
     np.testing.assert_allclose([p.frequency / linear for p in swept], expected, rtol=1e-12)
@@ -137,6 +141,22 @@ def test_study_by_frequency(study_file: StudyFile, command: Command) -> None:
     other = study_file(base=PLATE)
     ended = command("run", other, "--output", "out", "--resume")
     ended.assert_one_line(2, 'continuation.parameter was "frequency" and is "energy" now')
+
+
+def test_missing_frequency_is_told_as_one(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """Contact stiffens a structure by a bounded factor; the linear rod of zero gap reaches 4/3."""
+    sweep = {"=": {**SWEEP, "frequencies": {"from": 1.3, "to": 2.5, "step": 1.2}}}
+    assert command("run", study_file(continuation=sweep), "--output", "out").code == 1
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert [set(each) for each in summary["failures"]] == [{"frequency_ratio", "reason"}]
+    assert summary["failures"][0]["frequency_ratio"] == 2.5
+    results = read_results(tmp_path / "out")
+    assert any(told.startswith("At frequency ratio 2.5 no motion") for told in warnings(results))
+    axes = frequency_plots(results)[0].figure.axes[0]
+    (line,) = (line for line in axes.lines if line.get_label() == "no point found")
+    np.testing.assert_allclose(line.get_ydata(), 2.5 * results.linear_frequency)
 
 
 @pytest.mark.parametrize(

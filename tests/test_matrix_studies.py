@@ -223,11 +223,11 @@ def test_check_describes_matrices(matrix_study: StudyFile, command: Command) -> 
 SNIPPET = re.compile(r"```python\n(# displacement.*?)```", re.DOTALL)
 
 
-def test_displacements_by_the_snippet_of_the_guide(
+def test_displacements_by_the_snippet_of_the_docs(
     matrix_study: StudyFile, study_file: StudyFile, command: Command, tmp_path: Path
 ) -> None:
     """Contact points reach the obstacle and no further; and the mesh moves in the same way."""
-    (snippet,) = SNIPPET.findall((Path(__file__).parent.parent / "docs/user_guide.md").read_text())
+    (snippet,) = SNIPPET.findall((Path(__file__).parent.parent / "docs/results.md").read_text())
     analysis, (_, _, B) = matrices_of(PLATE)
     free = np.setdiff1d(np.arange(analysis.solid.owned), analysis.solid.clamped)
     for reduction in ({}, CRAIG_BAMPTON):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import foreign_files
@@ -37,6 +39,13 @@ def box(tmp_path: Path, shape: str, order: int, *, complete: bool = True) -> Pat
     return path
 
 
+@cache
+def first_frequencies(shape: str, order: int, *, complete: bool) -> Any:
+    """Those of the file of gmsh, once for all formats."""
+    with TemporaryDirectory() as folder:
+        return frequencies(box(Path(folder), shape, order, complete=complete), "left", "right")
+
+
 FORMATS = [
     *(("inp", shape, order) for shape in foreign_files.SHAPES for order in (1, 2)),
     *(("bdf", shape, order) for shape in ("tetra", "hexahedron") for order in (1, 2)),
@@ -51,10 +60,10 @@ def test_same_frequencies_from_another_file(
     ending: str, shape: str, order: int, tmp_path: Path
 ) -> None:
     """Elements without inner nodes (8 or 20 nodes) where the format has no others."""
-    msh = box(tmp_path, shape, order, complete=ending == "vtu")
+    complete = ending == "vtu"
+    msh = box(tmp_path, shape, order, complete=complete)
     other = msh.with_suffix(f".{ending}")
     foreign_files.WRITERS[ending](msh, other)
     names = foreign_files.NAMES.get(ending, ("left", "right"))
-    np.testing.assert_allclose(
-        frequencies(other, *names), frequencies(msh, "left", "right"), rtol=1e-10
-    )
+    expected = first_frequencies(shape, order, complete=complete)
+    np.testing.assert_allclose(frequencies(other, *names), expected, rtol=1e-10)

@@ -1,5 +1,6 @@
 """Motions rebuilt from branch.h5, and the numbers and pictures made of them."""
 
+import importlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,6 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries
 from fenics_nnm.output.motion_measures import kinetic_shares, section_motion, standing
-from fenics_nnm.output.motion_plots import plot_phase_space, plot_space_time, space_time
 from fenics_nnm.output.stored_branch import StoredBranch, read_stored_branch
 from fenics_nnm.output.surface import face_normals, feature_edges, surface_faces
 
@@ -195,13 +195,17 @@ def assert_good(path: Path, figure: Figure, panels: int) -> None:
             assert not any(numbers) or "(" in axis.get_label_text()
 
 
-def test_pictures_of_a_rod(run: Run, tmp_path: Path, drawn: list[Figure]) -> None:
+def test_pictures_of_a_rod(
+    run: Run, tmp_path: Path, drawn: list[Figure], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parent.parent / "demos" / "rod")
+    plots = importlib.import_module("motion_plots")
     branch = run()
     drawn.clear()
     stations = {name: branch.node_at(np.array([x, 0, 0])) for name, x in (("a", 0.5), ("b", 1))}
-    plot_phase_space(tmp_path / "phase.png", branch, (0.8, 1.1), stations, title="Rod")
+    plots.plot_phase_space(tmp_path / "phase.png", branch, (0.8, 1.1), stations, title="Rod")
     assert_good(tmp_path / "phase.png", drawn[0], 3)
-    maps = [space_time(branch, branch.point(ratio), name=f"{ratio}") for ratio in (0.8, 1.1)]
+    maps = [plots.space_time(branch, branch.point(ratio), name=f"{ratio}") for ratio in (0.8, 1.1)]
     assert np.all(np.diff(maps[0].place) > 0)
-    plot_space_time(tmp_path / "maps.png", maps, title="Rod", caption="Maps")
+    plots.plot_space_time(tmp_path / "maps.png", maps, title="Rod", caption="Maps")
     assert_good(tmp_path / "maps.png", drawn[1], 6)

@@ -259,7 +259,9 @@ def test_matrices_and_a_run_that_lacks_points(tmp_path: Path) -> None:
     told = section(page, "overview").text
     assert "matrices of another code with 2 degrees of freedom" in told
     assert "1 energy has no point" in told
-    assert "At 1.05 no motion on the branch was found: Newton's method <stalls>." in told
+    assert (
+        "At gamma ratio 1.05 no motion on the branch was found: Newton's method <stalls>." in told
+    )
     # lowest root of det(K - omega^2 M) = 2 x^2 - 6e6 x + 3e12
     lowest = np.sqrt(1e6 * (3 - np.sqrt(3)) / 2) / 2 / np.pi
     assert numbers(section(page, "linear").all("table")[0], "frequency (Hz)")[0] == pytest.approx(

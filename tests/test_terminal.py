@@ -68,7 +68,7 @@ POINT = BranchPoint(
 
 
 def branch_of(*points: BranchPoint) -> Branch:
-    return Branch(points, (), "reached gamma_ratio 3")
+    return Branch(points, (), "reached gamma ratio 3")
 
 
 def test_table_fits_on_a_narrow_terminal(study_file: StudyFile, tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def warned(caplog: pytest.LogCaptureFixture, *points: BranchPoint) -> str:
 def test_failed_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
     worse = replace(POINT, gamma_ratio=2.0, return_error=0.75, reason="misses its start by 75%")
     message = warned(caplog, POINT, worse)
-    assert "2 of 2 points failed the check in time: at gamma_ratio 2 misses its start by 75%" in (
+    assert "2 of 2 points failed the check in time: at gamma ratio 2 misses its start by 75%" in (
         message
     )
 
@@ -113,7 +113,7 @@ def test_verbose_tells_stages_and_points(
     told = [record.getMessage() for record in caplog.records if record.levelno == logging.INFO]
     stages = [line.split(":")[0] for line in told if re.fullmatch(r"\w+: \d+\.\d\d s", line)]
     assert stages == ["mesh", "assembly", "modes", "attachments", "output", "backbone", "output"]
-    points = [line for line in told if re.match(r"gamma_ratio [\d.]+: [\d.]+ Hz, ", line)]
+    points = [line for line in told if re.match(r"gamma ratio [\d.]+: [\d.]+ Hz, ", line)]
     assert len(points) == 4
     caplog.clear()
     assert command("run", study_file(), "--output", "out").code == 0
@@ -127,4 +127,17 @@ def test_verbose_tells_once_on_two_ranks(study_file: StudyFile, tmp_path: Path) 
     assert ended.code == 0, ended.err
     lines = own_lines(ended)
     assert sum("assembly: " in line for line in lines) == 1
-    assert sum("gamma_ratio 1.1: " in line for line in lines) == 1
+    assert sum("gamma ratio 1.1: " in line for line in lines) == 1
+
+
+def test_help_lists_the_commands_in_the_order_of_their_use(
+    command: Command, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        command("--help")
+    assert ended.value.code == 0
+    told = capfd.readouterr().out
+    names = ["new", "check", "run", "plot", "export", "report", "convergence"]
+    assert re.findall(r"^    ([a-z]+) ", told, re.MULTILINE) == names
+    (example,) = (line for line in told.splitlines() if "&&" in line)
+    assert [part.split()[1] for part in example.split("&&")] == ["new", "run", "report"]

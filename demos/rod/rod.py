@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 from exact_rod import frequency_ratio, motion, period_at
+from motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_time
 from rich.console import Console
 
 from fenics_nnm.output.motion_measures import Standing, standing
-from fenics_nnm.output.motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_time
 from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.progress import progress
@@ -97,7 +97,7 @@ plot_backbone(
     points,
     title="Rod against a rigid obstacle: 100 quadratic elements, 40 modes, 20 harmonics",
     linear_frequency=linear,
-    failures=[ratio for ratio, _ in fine.branch.failures],
+    failures=fine.summary["failures"],
     curves={"exact": (gamma, frequency_ratio(gamma) * linear)},
 )
 
@@ -131,7 +131,7 @@ def exact_motion(gamma_ratio: float) -> SpaceTime:
     u, v = motion(period, time, place)
     speed = np.sqrt(2.1e11 / 7800)
     hertz = speed / period
-    name = rf"$\gamma / \gamma_\mathrm{{grazing}} = {gamma_ratio:g}$, exact: {hertz:.1f} Hz"
+    name = f"gamma ratio {gamma_ratio:g}, exact: {hertz:.1f} Hz"
     return SpaceTime(name, time, place, 1e-3 * u, 1e-3 * speed * v)
 
 
@@ -147,7 +147,7 @@ for name, branch in branches.items():
     maps = []
     for ratio in (0.7, 1.8):
         point = branch.point(ratio)
-        label = rf"$\gamma / \gamma_\mathrm{{grazing}} = {ratio:g}$: {point.frequency:.1f} Hz"
+        label = f"gamma ratio {ratio:g}: {point.frequency:.1f} Hz"
         label += f"\n(Rayleigh {point.rayleigh_frequency:.1f} Hz), {point.status}"
         maps.append(space_time(branch, point, name=label))
     low, high = map(how_standing, maps)

@@ -117,7 +117,7 @@ for ratio in ENERGIES:
     print(
         f"gamma ratio {ratio:.1f}: contact adds {largest:.2f} mm, torsion mode {by_torsion:.2f} mm"
     )
-    name = rf"$\gamma / \gamma_\mathrm{{grazing}} = {ratio:g}$"
+    name = f"gamma ratio {ratio:g}"
     whole.append(
         Shape(
             f"{name}: {point.frequency:.2f} Hz\n(Rayleigh {point.rayleigh_frequency:.2f} Hz)",

@@ -10,10 +10,9 @@
 from pathlib import Path
 
 import numpy as np
-from fenics_nnm.output.surface_plots import View, plot_contact_mesh
 from rich.console import Console
 
-from fenics_nnm.output.stored_branch import read_stored_branch
+from fenics_nnm.output.gallery import make_pictures
 from fenics_nnm.progress import progress
 from fenics_nnm.run import run_study
 from fenics_nnm.study import read_study
@@ -46,10 +45,5 @@ assert np.all(np.diff(rising) > 0)
 assert 1.03 < points[-1].frequency / points[0].frequency < 1.06
 
 # %%
-plot_contact_mesh(
-    RESULTS / "mesh.png",
-    read_stored_branch(RESULTS / "branch.h5"),
-    title="NASA rotor 67 blade and its contact points",
-    view=View(elevation=18, azimuth=-65),
-)
-print(f"pictures: {RESULTS}/*.png")
+pictures = make_pictures(RESULTS, RESULTS / "pictures", formats=["png"])
+print(f"{len(pictures)} pictures in {RESULTS}/pictures")

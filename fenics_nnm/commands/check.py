@@ -16,7 +16,10 @@ SUFFIXES = (".png", ".svg", ".pdf")
 
 def add_to(commands: Commands) -> None:
     """Add the command."""
-    check = commands.add_parser("check", help="show what a study means, up to its linear modes")
+    check = commands.add_parser(
+        "check",
+        help="show what a study means, up to its linear modes; writes nothing but --picture",
+    )
     check.add_argument(
         "--picture",
         type=Path,

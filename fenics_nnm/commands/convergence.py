@@ -23,7 +23,12 @@ def add_to(commands: Commands) -> None:
     convergence = commands.add_parser(
         "convergence", help="vary harmonics, samples and modes, and tell the rates"
     )
-    convergence.add_argument("--output", type=Path, metavar="DIR", help="folder of the results")
+    convergence.add_argument(
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder of the results (default: results/STUDY-convergence)",
+    )
     add_study(convergence)
     convergence.set_defaults(action=_convergence)
 

@@ -15,6 +15,9 @@ from fenics_nnm.study.output import LEAST_FRAMES
 if TYPE_CHECKING:
     from fenics_nnm.nonlinear.point import BranchPoint
 
+#: Fields that have to be asked for.
+_LEFT_OUT = [name for name in FIELDS if name not in DEFAULT_FIELDS]
+
 
 def add_to(commands: Commands) -> None:
     """Add the command."""
@@ -26,13 +29,20 @@ def add_to(commands: Commands) -> None:
         "--gamma", type=float, nargs="+", required=True, metavar="RATIO", help="gamma ratios"
     )
     export.add_argument(
-        "--fields", default=",".join(DEFAULT_FIELDS), metavar="LIST", help=", ".join(FIELDS)
+        "--fields",
+        default=",".join(DEFAULT_FIELDS),
+        metavar="LIST",
+        help=f"{', '.join(FIELDS)} (default: all but {', '.join(_LEFT_OUT)})",
     )
     export.add_argument(
-        "--frames", type=int, default=LEAST_FRAMES, metavar="N", help="frames of a period"
+        "--frames",
+        type=int,
+        default=LEAST_FRAMES,
+        metavar="N",
+        help="frames of a period (default: %(default)s)",
     )
     export.add_argument(
-        "--output", type=Path, metavar="DIR", help="new folder: export beside branch.h5"
+        "--output", type=Path, metavar="DIR", help="new folder (default: export beside branch.h5)"
     )
     add_verbose(export)
     export.set_defaults(action=_export)

@@ -20,7 +20,7 @@ def add_to(commands: Commands) -> None:
         nargs="?",
         default=Path(),
         metavar="FOLDER|STUDY.toml",
-        help="where: this folder if not given; never overwrites",
+        help="where; never overwrites (default: this folder)",
     )
     new.add_argument(
         "--rotor", type=int, choices=ROTORS, help="blade: NASA rotor 37 (default) or 67"

@@ -17,10 +17,16 @@ def add_to(commands: Commands) -> None:
     plot = commands.add_parser("plot", help="draw the pictures of a results folder")
     plot.add_argument("results", type=Path, metavar="DIR", help="results folder of a run")
     plot.add_argument(
-        "--output", type=Path, metavar="FOLDER", help="folder of the pictures: DIR/pictures"
+        "--output",
+        type=Path,
+        metavar="FOLDER",
+        help="folder of the pictures (default: DIR/pictures)",
     )
     plot.add_argument(
-        "--formats", default=_FORMATS, metavar="LIST", help=f"png, svg, pdf: {_FORMATS}"
+        "--formats",
+        default=_FORMATS,
+        metavar="LIST",
+        help="of png, svg, pdf (default: %(default)s)",
     )
     add_verbose(plot)
     plot.set_defaults(action=_plot)

@@ -10,10 +10,10 @@ from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, 
 
 def add_to(commands: Commands) -> None:
     """Add the command."""
-    report = commands.add_parser("report", help="write a page about a results folder")
+    report = commands.add_parser("report", help="write an HTML page about a results folder")
     report.add_argument("results", type=Path, metavar="DIR", help="results folder of a run")
     report.add_argument(
-        "--output", type=Path, metavar="FILE.html", help="the page: DIR/report.html"
+        "--output", type=Path, metavar="FILE.html", help="the page (default: DIR/report.html)"
     )
     add_verbose(report)
     report.set_defaults(action=_report)

@@ -29,7 +29,12 @@ if TYPE_CHECKING:
 def add_to(commands: Commands) -> None:
     """Add the command."""
     run = commands.add_parser("run", help="follow the nonlinear mode of a study")
-    run.add_argument("--output", type=Path, metavar="DIR", help="folder of the results")
+    run.add_argument(
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder of the results (default: output.folder of the study, or results/STUDY)",
+    )
     run.add_argument(
         "--resume",
         action="store_true",

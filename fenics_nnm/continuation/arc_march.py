@@ -185,12 +185,12 @@ class ArcMarch:
         ratio = self.points[-1].gamma_ratio
         if len(self.points) == 1:
             self.failure = self.reason = (
-                f"the branch turns back where it begins, at gamma_ratio {ratio:g}: "
+                f"the branch turns back where it begins, at gamma ratio {ratio:g}: "
                 "lower continuation.energies.from"
             )
             return
         reached = "reached" if ratio > self.points[-2].gamma_ratio else "came back to"
-        self.reason = f"{reached} gamma_ratio {ratio:g}"
+        self.reason = f"{reached} gamma ratio {ratio:g}"
 
 
 def arc_problem(level: Level, newton: Newton) -> Problem:

@@ -157,7 +157,7 @@ def _reason(
     points: Sequence[BranchPoint],
     failures: Failures,
 ) -> str:
-    name = continuation.name
+    name = continuation.name.replace("_", " ")
     if not failures:
         return f"reached {name} {continuation.stop:g}"
     if not points:

@@ -105,7 +105,7 @@ class March:
                     return
                 at, neighbour = target, stack
                 continue
-            logger.info("%s %.4f: %s", self.name, at, stack.failure)
+            logger.info("%s %.4f: %s", self.name.replace("_", " "), at, stack.failure)
             self.failures.setdefault(target, stack.failure)
             start = neighbour.place if neighbour else at
             at = (start + at) / 2

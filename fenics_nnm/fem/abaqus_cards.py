@@ -90,3 +90,27 @@ def _head(line: str, place: str) -> Card:
     pairs = (option.partition("=") for option in options)
     values = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
     return Card(" ".join(keyword.upper().split()), values, [], place)
+
+
+def whole_number(entry: str, card: Card) -> int:
+    """A number of a node or element.
+
+    Raises:
+        MeshError: if it is no whole number.
+    """
+    try:
+        return int(entry)
+    except ValueError as error:
+        raise MeshError(f'{card.place}: "{entry}": must be a whole number') from error
+
+
+def real_number(entry: str, card: Card) -> float:
+    """A coordinate or angle, with E or D before its exponent; nothing is zero.
+
+    Raises:
+        MeshError: if it is no number.
+    """
+    try:
+        return float(entry.upper().replace("D", "E")) if entry else 0.0
+    except ValueError as error:
+        raise MeshError(f'{card.place}: "{entry}": must be a number') from error

@@ -133,7 +133,7 @@ def _split(nodes: Indices, dim: int) -> Indices:
     The corners of a quadrangle come in dolfinx's order: the last one is opposite to the first.
     """
     nodes = nodes.reshape(len(nodes), -1)
-    if dim == 3 and nodes.shape[1] == 4:
+    if dim == 3 and nodes.shape[1] in (4, 9):  # quadrangles of order 1 and 2
         return np.asarray(nodes[:, [[0, 1, 2], [1, 3, 2]]])
     return nodes[:, None, :dim]
 

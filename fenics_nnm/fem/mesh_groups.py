@@ -113,5 +113,6 @@ def _local(mesh: dmesh.Mesh, dim: int, entities: Indices) -> Indices:
     for other in (dim, topology.dim):
         topology.create_connectivity(dim, other)
         topology.create_connectivity(other, dim)
-    local = dmesh.entities_to_geometry(mesh, dim, entities)
-    return np.asarray(local[:, _AROUND] if local.shape[1] == 4 else local)
+    corners = cell_num_vertices(cell_entity_type(topology.cell_type, dim, 0))
+    local = dmesh.entities_to_geometry(mesh, dim, entities)[:, :corners]  # then middle nodes
+    return np.asarray(local[:, _AROUND] if corners == 4 else local)

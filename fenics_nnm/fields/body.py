@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from fenics_nnm.arrays import Array
 from fenics_nnm.fields.recovery import StressRecovery, field_mesh, stress_recovery
 from fenics_nnm.fields.vtu import GridFile, grid_file
@@ -38,8 +36,3 @@ def field_body(branch: StoredBranch) -> FieldBody:
     mesh = field_mesh(branch.nodes, branch.cells, branch.cell_type, branch.region)
     grid = grid_file(mesh.nodes, mesh.cells, mesh.cell.written)
     return FieldBody(grid, stress_recovery(mesh, branch.elasticity[branch.elasticity_row]))
-
-
-def in_space(vectors: Array) -> Array:
-    """Vectors (n, dim) with three components, zero where the body has fewer."""
-    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

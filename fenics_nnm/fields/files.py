@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
-from fenics_nnm.fields.body import field_body, in_space
+from fenics_nnm.arrays import Array, in_space
+from fenics_nnm.fields.body import field_body
 from fenics_nnm.fields.motion import MotionFiles
 from fenics_nnm.fields.peak import peak_stress
 from fenics_nnm.fields.selection import FieldName

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.fem.gathering import gathering
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.reference_cell import reference_cell
-from fenics_nnm.fields.body import in_space
 from fenics_nnm.fields.vtu import grid_file
 
 #: Modes that are written.

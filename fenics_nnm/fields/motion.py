@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
-from fenics_nnm.fields.body import FieldBody, in_space
+from fenics_nnm.arrays import Array, in_space
+from fenics_nnm.fields.body import FieldBody
 from fenics_nnm.fields.invariants import principal, von_mises
 from fenics_nnm.fields.selection import FieldName
 from fenics_nnm.fields.surface import ContactSurface

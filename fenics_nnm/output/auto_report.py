@@ -79,4 +79,4 @@ def warn_of(chosen: Choice, branch: Branch) -> None:
 
 
 def _at(found: Accuracy) -> str:
-    return "in the median" if math.isnan(found.at) else f"at gamma_ratio {found.at:g}"
+    return "in the median" if math.isnan(found.at) else f"at gamma ratio {found.at:g}"

@@ -76,7 +76,7 @@ def _plot(path: Path, found: Convergence, title: str) -> None:
     panels[0].set_ylabel("relative error of the frequency  (1)")
     figure.suptitle(title, fontsize=11)
     figure.supxlabel(
-        "Filled: difference to the largest number at the same energy ratio. Open: what the motion "
+        "Filled: difference to the largest number at the same gamma ratio. Open: what the motion "
         f"itself expects.\nLine: median, with its rate. The other numbers: {found.around}.",
         fontsize=8.5,
         color="0.35",
@@ -88,7 +88,7 @@ def _panel(axes: Axes, found: Convergence, source: str) -> None:
     rows = found.of(source)
     for index, ratio in enumerate(sorted({row.gamma_ratio for row in rows})):
         here = [row for row in rows if row.gamma_ratio == ratio]
-        colour, label = f"C{index}", rf"$\gamma / \gamma_\mathrm{{grazing}} = {ratio:.3g}$"
+        colour, label = f"C{index}", f"gamma ratio {ratio:.3g}"
         for values, face, name in (
             ([abs(row.true) for row in here], colour, label),
             ([abs(row.expected) for row in here], "white", None),

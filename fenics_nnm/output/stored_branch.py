@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.forces import contact_force_rates, contact_forces
 from fenics_nnm.nonlinear.fourier import Series
@@ -103,7 +103,7 @@ class StoredBranch:
         )
         if nearest is None or abs(nearest.gamma_ratio - gamma_ratio) > _SAME_RATIO:
             raise OutputError(
-                f"no point at gamma_ratio {gamma_ratio:g}: "
+                f"no point at gamma ratio {gamma_ratio:g}: "
                 "name it in continuation.report_at to have one"
             )
         return nearest
@@ -189,7 +189,7 @@ def read_stored_branch(path: Path) -> StoredBranch:
         return StoredBranch(
             header=header,
             points=points,
-            nodes=_in_space(file["mesh/points"][:]),
+            nodes=in_space(file["mesh/points"][:]),
             cells=file["mesh/cells"][:],
             cell_type=int(file["mesh/cell_type"][()]),
             shapes=file["basis/shapes"][:],
@@ -197,7 +197,7 @@ def read_stored_branch(path: Path) -> StoredBranch:
             region=file["mesh/region"][:],
             elasticity=file["material/elasticity"][:],
             elasticity_row=file["material/row"][:],
-            contact_points=_in_space(file["contact/points"][:]),
+            contact_points=in_space(file["contact/points"][:]),
             contact_directions=file["contact/directions"][:],
             contact_facets=file["contact/facets"][:],
             facet_patch=file["contact/facet_patch"][:],
@@ -209,8 +209,3 @@ def read_stored_branch(path: Path) -> StoredBranch:
                 for values in file.get("inertia", {}).values()
             },
         )
-
-
-def _in_space(places: Array) -> Array:
-    """Places with three coordinates, zeros where the body has fewer."""
-    return np.pad(places, ((0, 0), (0, 3 - places.shape[1])))

@@ -15,6 +15,9 @@ the family, which thus may turn back in energy. Between the last two motions a s
 the multipliers is taken linear: with a = mu + 1/mu, which is real for a pair on the circle or on
 the real axis, it is a - 2, a + 2, or (a_1 - a_2)^2 of the pair that collides.
 
+A family that is nearly square to the chord may lead back beyond the first motion, over what was
+found before it: that is kept once, and the change of stability is told as one without a place.
+
 Pairs that leave while another one of their kind is outside already are not told, nor is what begins
 and ends between two points.
 """
@@ -57,6 +60,9 @@ _SHORTEST = 2.0**-16
 
 #: Points farther apart than this, relative in the energy norm, are no neighbours on a family.
 _LONGEST = 0.5
+
+#: Bifurcations of a kind whose energies and frequencies agree to this are one.
+_SAME = 1e-4
 
 #: Most bifurcations between two points, and most motions shot for a whole branch.
 _MOST_BETWEEN = 3
@@ -117,8 +123,8 @@ class Bifurcations:
     Attributes:
         located: Those that were found, in the order of the branch.
         unlocated: Gamma ratios of neighbouring points between which a kind of instability begins
-            or ends, and it was not found where: by a jump to another family, or at the bound on the
-            number of motions.
+            or ends, and it was not found where: by a jump to another family, by a way back over
+            what is located already, or at the bound on the number of motions.
     """
 
     located: tuple[Bifurcation, ...] = ()
@@ -142,10 +148,18 @@ def bifurcations(
         if first and second and _kinds(first.stability) != _kinds(second.stability):
             chord = _Chord.between(flow, first, second, budget, reversible)
             found, complete = chord.bifurcations()
-            located += found
-            if not complete:
+            new = [each for each in found if not any(_same(each, other) for other in located)]
+            located += new
+            if not complete or len(new) < len(found):
                 unlocated.append((first.gamma_ratio, second.gamma_ratio))
     return Bifurcations(tuple(located), tuple(unlocated))
+
+
+def _same(one: Bifurcation, other: Bifurcation) -> bool:
+    near = np.isclose(
+        [one.energy, one.frequency], [other.energy, other.frequency], rtol=_SAME, atol=0
+    )
+    return one.kind == other.kind and bool(near.all())
 
 
 @dataclass(slots=True)
@@ -253,12 +267,12 @@ class _Chord:
         outside = [sum(map(bool, each.stability.kinds)) for each in (before, after)]
         if outside[0] == outside[1] and COMPLEX in changed and len(changed) > 1:
             return []  # two pairs met on the real axis, outside the circle
-        return [self._event(kind, before, after) for kind in sorted(changed)]
+        shares = {kind: _crossing(kind, before, after) for kind in sorted(changed)}
+        in_order = sorted(shares, key=lambda kind: shares[kind])
+        return [self._event(kind, shares[kind], before, after) for kind in in_order]
 
-    def _event(self, kind: str, before: _Motion, after: _Motion) -> Bifurcation:
-        ends = [_test_function(kind, each.stability.multipliers) for each in (before, after)]
-        crosses = ends[0] * ends[1] < 0
-        share = ends[0] / (ends[0] - ends[1]) if crosses else 0.5
+    def _event(self, kind: str, share: float, before: _Motion, after: _Motion) -> Bifurcation:
+        """What happens at a share of the way between two neighbouring motions."""
         turns = before.climb * after.climb * (before.tangent @ after.tangent) < 0
         unknowns = before.unknowns + share * (after.unknowns - before.unknowns)
         q, velocity, period = self.equations.state(unknowns)
@@ -296,6 +310,12 @@ class _Chord:
 
 def _kinds(found: Stability) -> frozenset[str]:
     return frozenset(found.kinds) - {""}
+
+
+def _crossing(kind: str, before: _Motion, after: _Motion) -> float:
+    """Share of the way between two motions at which the multipliers leave the circle, or return."""
+    ends = [_test_function(kind, each.stability.multipliers) for each in (before, after)]
+    return ends[0] / (ends[0] - ends[1]) if ends[0] * ends[1] < 0 else 0.5
 
 
 def _test_function(kind: str, multipliers: Complex) -> float:

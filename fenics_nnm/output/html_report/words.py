@@ -210,7 +210,7 @@ def warnings(results: Results) -> list[str]:
     elif not summary["complete"]:
         told.append(f"The run did not get all that was asked for: {summary['reason']}.")
     told += [
-        f"At {each['gamma_ratio']:.6g} no motion on the branch was found: {each['reason']}."
+        f"At {_place(each)} no motion on the branch was found: {each['reason']}."
         for each in summary.get("failures", [])
     ]
     counts = Counter(point.status for point in points)
@@ -223,6 +223,12 @@ def warnings(results: Results) -> list[str]:
         told.append("No point is verified: see below why.")
     told += _missed_tolerance(summary.get("auto", {}))
     return told
+
+
+def _place(failure: dict[str, Any]) -> str:
+    """Where a motion was wanted: the ratio that was stepped."""
+    name = "gamma_ratio" if "gamma_ratio" in failure else "frequency_ratio"
+    return f"{name.replace('_', ' ')} {failure[name]:.6g}"
 
 
 def _missed_tolerance(auto: dict[str, Any]) -> list[str]:

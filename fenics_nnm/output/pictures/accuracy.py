@@ -67,7 +67,7 @@ def _certificate(results: Results) -> list[Plot]:
         axes.axhline(value, color=GREY, lw=1, ls=style, label=name)
     legend_below(figure, axes, columns=3)
     caption = (
-        "Relative errors (no unit) over the energy coordinate: "
+        "Relative errors (no unit) over the gamma ratio: "
         + "; ".join(told)
         + f". Verified motions come back within {VERIFIED_RETURN_ERROR:.0%} after a period "
         f"(dashed) and their frequency is within {VERIFIED_CHANGE:.1%} (dotted). "
@@ -92,7 +92,7 @@ def _multipliers(results: Results) -> list[Plot]:
     missing = int(np.isnan(largest).sum())
     caption = (
         "Largest modulus (no unit) of the Floquet multipliers of the exact motion near each point, "
-        "over the energy coordinate. It is 1 where the motion is stable; small disturbances grow "
+        "over the gamma ratio. It is 1 where the motion is stable; small disturbances grow "
         "by this factor in each period where it is larger."
         + (f" Not known at {missing} of {len(largest)} points." if missing else "")
     )

@@ -11,7 +11,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgb
 from PIL import Image as PillowImage
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output.pictures.body import OUTLINE, contact_balls, factor_for, size_of
 from fenics_nnm.output.pictures.panels import (
@@ -73,7 +73,7 @@ def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
         frames = _frames(images, camera, time, bar, f"displacement  ({unit.name})", _title(point))
         times = "to scale" if factor == 1 else f"{factor:g} times as large"
         caption = (
-            f"One period of nonlinear mode {results.header.mode} at energy coordinate "
+            f"One period of nonlinear mode {results.header.mode} at gamma ratio "
             f"{point.gamma_ratio:g} ({point.frequency:.5g} Hz). Colours: displacement in "
             f"{unit.name}, drawn {times}; lines: at rest; red balls: contact points that touch. "
             "The middle of contact is at t / T = 0.5."
@@ -111,16 +111,12 @@ def _touching(
     if not len(touching):
         return []
     moved = field[body.contact_nodes[touching]]
-    places = body.contact_points[touching] + factor * np.pad(
-        moved, ((0, 0), (0, 3 - moved.shape[1]))
-    )
+    places = body.contact_points[touching] + factor * in_space(moved)
     return [contact_balls(places, size_of(skin.places))]
 
 
 def _title(point: BranchPoint) -> str:
-    return (
-        rf"$\gamma / \gamma_\mathrm{{grazing}} = {point.gamma_ratio:g}$, {point.frequency:.5g} Hz"
-    )
+    return f"gamma ratio {point.gamma_ratio:g}, {point.frequency:.5g} Hz"
 
 
 def _frames(

@@ -94,7 +94,7 @@ def plot_backbone(
     *,
     title: str,
     linear_frequency: float,
-    failures: Sequence[float] = (),
+    failures: Sequence[Mapping[str, Any]] = (),
     bifurcations: Sequence[Bifurcation] = (),
     at_one: str = "grazing",
     curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
@@ -108,7 +108,7 @@ def plot_backbone(
         points: Points of the branch, by ascending energy.
         title: Title of the study.
         linear_frequency: Frequency of the linear mode in Hz.
-        failures: Gamma ratios without a point.
+        failures: Gamma or frequency ratios without a point, as in summary.json.
         bifurcations: Bifurcations to mark.
         at_one: What happens at gamma ratio 1.
         curves: Further curves by name, as gamma ratios and frequencies in Hz.
@@ -126,7 +126,7 @@ def plot_backbone(
     styles = ("k-", "k:", "k-.")
     for (name, (gamma, values)), style in zip((curves or {}).items(), styles, strict=False):
         left.plot(gamma, values, style, lw=1, label=name, zorder=0.5)
-    _draw_failures(left, failures)
+    _draw_failures(left, failures, linear_frequency)
     left.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
     label(left, GAMMA, "frequency  (Hz)")
     _set_energy_scale(right, energies)
@@ -137,35 +137,38 @@ def plot_backbone(
 
 
 def frequency_plots(results: Results) -> list[Plot]:
-    """The frequency over the energy coordinate, over the energy, and over the amplitude."""
+    """The frequency over the gamma ratio, over the energy, and over the amplitude."""
     amplitude = amplitude_of(results)
+    event = results.summary.get("at_rest", {}).get("at_gamma_ratio_1", "first contact")
+    over_gamma = (
+        f"the gamma ratio: the modal energy coordinate gamma over its value at {event} (no unit)"
+    )
     axes = [
-        ("frequency_gamma", "gamma", GAMMA, results.ratios, "gamma_ratio"),
-        ("frequency_energy", "energy", _ENERGY, _of(results.points, "energy"), "energy"),
-        ("frequency_amplitude", "amplitude", amplitude.label, amplitude.values, ""),
+        ("gamma ratio", over_gamma, GAMMA, results.ratios),
+        ("energy", "the total energy in J", _ENERGY, _of(results.points, "energy")),
+        ("amplitude", amplitude.told, amplitude.label, amplitude.values),
     ]
-    return [_frequency_plot(results, *each, amplitude.told) for each in axes]
+    return [_frequency_plot(results, *each) for each in axes]
 
 
 def _frequency_plot(
     results: Results,
-    name: str,
     over: str,
+    told: str,
     abscissa_label: str,
     abscissa: Array,
-    attribute: str,
-    amplitude: str,
 ) -> Plot:
-    """One frequency curve; `attribute` is that of bifurcations on its abscissa."""
+    """One frequency curve; its marks and lines are explained with the one over the gamma ratio."""
     figure = new_figure(3.7)
     axes = new_axes(figure, abscissa_label, "frequency  (Hz)")
     _draw(axes, abscissa, results.points)
-    places = _places(results.summary) if attribute else []
-    _draw_bifurcations(axes, [getattr(place, attribute) for place in places], places)
+    if over != "amplitude":
+        places = _places(results.summary)
+        attribute = over.replace(" ", "_")
+        _draw_bifurcations(axes, [getattr(place, attribute) for place in places], places)
     axes.axhline(results.linear_frequency, color=GREY, lw=0.8, label="linear mode")
-    if over == "gamma":
-        failures = results.summary.get("failures", [])
-        _draw_failures(axes, [failure["gamma_ratio"] for failure in failures])
+    if over == "gamma ratio":
+        _draw_failures(axes, results.summary.get("failures", []), results.linear_frequency)
         at_one = results.summary.get("at_rest", {}).get("at_gamma_ratio_1", "grazing")
         axes.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
     if over == "energy":
@@ -173,17 +176,15 @@ def _frequency_plot(
     label(axes, abscissa_label, "frequency  (Hz)")
     numbers = _number_resonances(axes, abscissa, results.points)
     legend_below(figure, axes, columns=3)
-    what = {
-        "gamma": "the modal energy coordinate over its value where contact begins (1)",
-        "energy": "the total energy in J",
-        "amplitude": amplitude,
-    }[over]
+    explained = (
+        " The Rayleigh frequency is that of the paper; it is not the frequency of the motion "
+        f"once there is a gap.{_verdicts(results.points)}{numbers}"
+    )
     return Plot(
-        name=name,
-        title=f"Frequency over {'energy coordinate' if over == 'gamma' else over}",
-        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {what}. "
-        "The Rayleigh frequency is that of the paper; it is not the frequency of the motion "
-        f"once there is a gap.{_verdicts(results.points)}{numbers}",
+        name=f"frequency_{over.split()[0]}",
+        title=f"Frequency over {over}",
+        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {told}."
+        + (explained if over == "gamma ratio" else " Marks and lines as over the gamma ratio."),
         group="frequency",
         figure=figure,
     )
@@ -227,10 +228,17 @@ def _draw_marks(
             )
 
 
-def _draw_failures(axes: Axes, failures: Sequence[float]) -> None:
-    for number, ratio in enumerate(failures):
-        name = "no point found" if number == 0 else None
-        axes.axvline(ratio, color=RED, lw=0.8, alpha=0.5, label=name)
+def _draw_failures(
+    axes: Axes, failures: Sequence[Mapping[str, Any]], linear_frequency: float
+) -> None:
+    """Lines where points were wanted, over the gamma ratio: upright, or at a frequency."""
+    for number, each in enumerate(failures):
+        line: dict[str, Any] = {"color": RED, "lw": 0.8, "alpha": 0.5}
+        line["label"] = "no point found" if number == 0 else None
+        if "gamma_ratio" in each:
+            axes.axvline(each["gamma_ratio"], **line)
+        else:
+            axes.axhline(each["frequency_ratio"] * linear_frequency, **line)
 
 
 def _set_energy_scale(axes: Axes, energies: Array) -> None:

@@ -16,6 +16,7 @@ from fenics_nnm.output.pictures.panels import (
     height_over_width,
     legend_of,
     round_below,
+    scale_told,
     show,
 )
 from fenics_nnm.output.pictures.renderer import Image
@@ -53,6 +54,11 @@ _TIE = 1e-3
 
 #: Longer side of the picture of the mesh, and of a panel beside others, in pixels.
 _LARGE, _PANEL = 1000, 700
+
+
+#: Width of a figure of two views in inches, and what is said of one and of two views.
+_TWO_VIEWS = 7.4
+_SIDES = {1: "", 2: "; seen from two opposite sides"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,9 +136,11 @@ def contact_balls(places: Array, size: float, colour: str = RED) -> Balls:
 
 
 def plan_mesh(body: StoredBranch, view: View) -> Plan:
-    """The mesh with its contact points, and where it is held."""
+    """The mesh with its contact points, and where it is held.
+
+    It is drawn from the other side too where no clamped face is turned to the viewer.
+    """
     skin = skin_of(body)
-    camera = Camera.around(skin.places, view, pixels=_LARGE)
     layers: list[Layer] = [
         Faces(skin.places, skin.faces, BODY, edges=True),
         Lines(skin.places[skin.edges], OUTLINE, 1.5),
@@ -142,21 +150,27 @@ def plan_mesh(body: StoredBranch, view: View) -> Plan:
     if fixed:
         layers.append(fixed)
 
+    views = [view, view.opposite] if fixed and not _is_seen(fixed, view) else [view]
+    cameras = [Camera.around(skin.places, each, pixels=_LARGE) for each in views]
+
     def finish(images: Sequence[Image]) -> Plot:
-        figure = new_figure(_height(camera, 1) + 0.4)
-        show(figure.subplots(), images[0], camera)
+        width = WIDTH if len(views) == 1 else _TWO_VIEWS
+        figure = new_figure(max(_height(each, len(views), width) for each in cameras) + 0.4, width)
+        panels = figure.subplots(1, len(views), squeeze=False)[0]
+        for axes, image, camera in zip(panels, images, cameras, strict=True):
+            show(axes, image, camera)
         entries = [("ball", RED, f"contact points ({len(body.contact_points)})")]
         if fixed:
-            entries.append(_clamp_entry(fixed, camera))
+            entries.append(("face" if isinstance(fixed, Faces) else "line", BLUE, "clamped"))
         legend_of(figure, entries)
         caption = (
             f"Mesh of {len(body.cells)} cells with {len(body.nodes)} nodes; balls: contact points, "
-            f"{len(body.contact_points)} in all. Lengths in the plane of the picture have the "
-            f"scale below it (m or mm)."
+            f"{len(body.contact_points)} in all{_SIDES[len(views)]}. Lengths in the plane of the "
+            f"picture have the scale below it, of {scale_told(cameras[0])}."
         )
         return Plot("mesh", "Mesh and contact points", caption, "body", figure)
 
-    return Plan([Scene(layers, camera)], finish)
+    return Plan([Scene(layers, camera) for camera in cameras], finish)
 
 
 def _clamp(skin: Skin, still: Array) -> Layer | None:
@@ -168,12 +182,11 @@ def _clamp(skin: Skin, still: Array) -> Layer | None:
     return Lines(skin.places[edges], BLUE, 6.0) if len(edges) else None
 
 
-def _clamp_entry(fixed: Layer, camera: Camera) -> tuple[str, str, str]:
-    """Entry of the legend; it tells where no clamped face is turned to the viewer."""
+def _is_seen(fixed: Layer, view: View) -> bool:
+    """Whether a clamped face is turned to the viewer; edges and ends are seen from anywhere."""
     if not isinstance(fixed, Faces):
-        return "line", BLUE, "clamped"
-    seen = face_normals(fixed.nodes[fixed.corners]) @ camera.frame[2] > _EDGEWISE
-    return "face", BLUE, "clamped" if seen.any() else "clamped (on the far side)"
+        return True
+    return bool((face_normals(fixed.nodes[fixed.corners]) @ view.frame[2] > _EDGEWISE).any())
 
 
 def plan_shapes(
@@ -271,8 +284,7 @@ def plan_energies(results: Results, body: StoredBranch, view: View) -> Plan:
     ]
     shapes = [
         Shape(
-            rf"$\gamma / \gamma_\mathrm{{grazing}} = {point.gamma_ratio:g}$"
-            f"\n{point.frequency:.5g} Hz",
+            f"gamma ratio {point.gamma_ratio:g}\n{point.frequency:.5g} Hz",
             field,
         )
         for point, field in zip(results.chosen, fields, strict=True)

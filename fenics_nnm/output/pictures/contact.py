@@ -106,7 +106,7 @@ def _force(results: Results) -> list[Plot]:
     ):
         name = f"{point.gamma_ratio:g}"
         axes.plot(time, unit.factor * force, color=colour, lw=1.2, label=name)
-    legend_below(figure, axes, 3, r"$\gamma / \gamma_\mathrm{grazing}$")
+    legend_below(figure, axes, 3, "gamma ratio  (1)")
     caption = (
         f"Sum of the contact forces in {unit.name} over one period, at chosen energies; the "
         f"middle of contact is at 0.{_with_mass(results)}"
@@ -185,7 +185,7 @@ def _label_map(axes: Axes, point: BranchPoint, *, last: bool) -> None:
     label(axes, TIME if last else "", "contact point  (1)")
     axes.grid(visible=False)
     axes.set_title(
-        rf"$\gamma / \gamma_\mathrm{{grazing}} = {point.gamma_ratio:g}$, {point.frequency:.5g} Hz",
+        f"gamma ratio {point.gamma_ratio:g}, {point.frequency:.5g} Hz",
         fontsize=8.5,
     )
 
@@ -203,7 +203,7 @@ def _duration(results: Results) -> Plot:
     legend_below(figure, axes, columns=3)
     milliseconds = 1e3 * results.points[-1].contact_fraction / results.points[-1].frequency
     caption = (
-        "Share of the period with contact (%) over the energy coordinate, counted at the "
+        "Share of the period with contact (%) over the gamma ratio, counted at the "
         f"{results.header.samples} samples of a period. At the last point it is "
         f"{anywhere[-1]:.3g} %, or {milliseconds:.3g} ms."
     )

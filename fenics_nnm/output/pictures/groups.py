@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.mesh import TaggedMesh
@@ -160,8 +160,7 @@ def _facets(groups: MeshGroups, skin: Skin) -> list[Layer]:
 
 
 def _contact(interface: ContactInterface, size: float) -> list[Layer]:
-    missing = ((0, 0), (0, 3 - interface.points.shape[1]))
-    places, directions = np.pad(interface.points, missing), np.pad(interface.directions, missing)
+    places, directions = in_space(interface.points), in_space(interface.directions)
     return [contact_balls(places, size, BLACK), Arrows(places, _ARROW * size * directions, BLACK)]
 
 

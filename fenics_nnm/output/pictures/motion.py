@@ -26,7 +26,7 @@ from fenics_nnm.output.stored_branch import StoredBranch
 _ORBIT = np.linspace(0, 2 * np.pi, 721)
 
 #: Title of the legend of energies.
-_ENERGIES = r"$\gamma / \gamma_\mathrm{grazing}$"
+_ENERGIES = "gamma ratio  (1)"
 
 #: Components below this part of the largest one make no orbit.
 _STRAIGHT = 1e-2

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from fenics_nnm.output.pictures.renderer import Image
 from fenics_nnm.output.pictures.scene import Camera, Scene
-from fenics_nnm.output.pictures.style import Plot, unit_for
+from fenics_nnm.output.pictures.style import Plot, Unit, unit_for
 
 #: Room below a picture for its scale and its axes, as a part of its longer side.
 _FOOT = 0.15
@@ -107,14 +107,26 @@ def _handle(kind: str, colour: str, name: str) -> Patch | Line2D:
     return Line2D([], [], ls="", marker="o", color=colour, ms=5, label=name)
 
 
-def _draw_scale(axes: Axes, camera: Camera, height: float) -> None:
+def _scale(camera: Camera) -> tuple[float, Unit]:
+    """Length of the scale in m, and the unit that it is written in."""
     left, right, _, _ = camera.extent
     length = round_below(_SCALE * (right - left))
-    unit = unit_for(np.array([length]), "m")
+    return length, unit_for(np.array([length]), "m")
+
+
+def scale_told(camera: Camera) -> str:
+    """Length of the scale below a picture, with its unit."""
+    length, unit = _scale(camera)
+    return f"{length * unit.factor:g} {unit.name}"
+
+
+def _draw_scale(axes: Axes, camera: Camera, height: float) -> None:
+    left, right, _, _ = camera.extent
+    length, _ = _scale(camera)
     start = left + 0.04 * (right - left)
     axes.plot([start, start + length], [height, height], color="black", lw=1.5)
-    name = f"{length * unit.factor:g} {unit.name}"
-    axes.text(start + length / 2, height, name + "\n", ha="center", va="center", fontsize=7.5)
+    name = f"{scale_told(camera)}\n"
+    axes.text(start + length / 2, height, name, ha="center", va="center", fontsize=7.5)
 
 
 def _draw_axes(axes: Axes, camera: Camera, height: float) -> None:

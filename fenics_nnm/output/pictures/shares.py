@@ -37,7 +37,7 @@ def share_plots(results: Results) -> list[Plot]:
             [f"harmonic {n}" for n in range(harmonics.shape[1])],
             ("harmonic_shares", "Harmonic content"),
             "Share of the harmonics n of the frequency in the mean kinetic energy (%) over the "
-            "energy coordinate; before contact (dotted) there is one. Drawn are the harmonics "
+            "gamma ratio; before contact (dotted) there is one. Drawn are the harmonics "
             "with the largest shares.",
         ),
         *_plot(
@@ -46,7 +46,7 @@ def share_plots(results: Results) -> list[Plot]:
             [f"mode {j + 1}, {f:.5g} Hz" for j, f in enumerate(hertz)],
             ("mode_shares", "Linear modes in the motion"),
             f"Share of the linear modes in the mean kinetic energy of nonlinear mode {mode} (%) "
-            "over the energy coordinate; before contact (dotted) there is one. Drawn are the "
+            "over the gamma ratio; before contact (dotted) there is one. Drawn are the "
             "modes with the largest shares.",
         ),
     ]

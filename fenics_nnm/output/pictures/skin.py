@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.output.pictures.scene import PLANE, View
 from fenics_nnm.output.stored_branch import StoredBranch
 from fenics_nnm.output.surface import face_normals, feature_edges, surface_faces
@@ -48,8 +48,7 @@ class Skin:
 
     def moved(self, displacement: Array, factor: float) -> Array:
         """Places in m under an enlarged displacement of the body's nodes (n, dim), (p, 3)."""
-        missing = 3 - displacement.shape[1]
-        return self.places + factor * np.pad(displacement, ((0, 0), (0, missing)))[self.source]
+        return self.places + factor * in_space(displacement)[self.source]
 
 
 def skin_of(body: StoredBranch) -> Skin:

@@ -31,7 +31,7 @@ AMOUNT, PRESSURE, SIGNED, SIGNED_RATE = "viridis", "plasma_r", "PuOr_r", "RdBu_r
 SIZE = "YlGnBu"
 
 #: Labels of axes that many plots share.
-GAMMA = r"energy coordinate $\gamma / \gamma_\mathrm{grazing}$  (1)"
+GAMMA = "gamma ratio  (1)"
 TIME = "time over period  t / T  (1)"
 
 #: Width of a plot in inches; with letters of 9 points it is still read at 8 cm.

@@ -1,4 +1,4 @@
-"""Pictures of periodic motions: projections of phase space, maps over space and time."""
+"""Pictures of the paper, Figs 4 and 5: projections of phase space, maps over space and time."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def plot_phase_space(
         *panels[0][1].get_legend_handles_labels(),
         loc="outside upper right",
         ncols=len(ratios),
-        title=r"$\gamma / \gamma_\mathrm{grazing}$",
+        title="gamma ratio  (1)",
         fontsize=9,
     )
     figure.suptitle(title, fontsize=11, x=0.02, ha="left")

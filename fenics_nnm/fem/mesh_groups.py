@@ -107,12 +107,11 @@ def _corners(mesh: dmesh.Mesh, dim: int, entities: Indices) -> Indices:
 def _local(mesh: dmesh.Mesh, dim: int, entities: Indices) -> Indices:
     """Local nodes at the corners of local entities, in order around each."""
     topology = mesh.topology
-    if not len(entities):  # dolfinx divides by their number
-        kind = cell_entity_type(topology.cell_type, dim, 0)
-        return np.empty((0, cell_num_vertices(kind)), dtype=np.int32)
     for other in (dim, topology.dim):
         topology.create_connectivity(dim, other)
         topology.create_connectivity(other, dim)
     corners = cell_num_vertices(cell_entity_type(topology.cell_type, dim, 0))
+    if not len(entities):  # dolfinx divides by their number
+        return np.empty((0, corners), dtype=np.int32)
     local = dmesh.entities_to_geometry(mesh, dim, entities)[:, :corners]  # then middle nodes
     return np.asarray(local[:, _AROUND] if corners == 4 else local)

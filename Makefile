@@ -50,8 +50,8 @@ pictures: demo
 # The pictures of the user guide: its three journeys.
 journeys:
 	rm -rf $(JOURNEYS)
-	$(RUN) python3 demos/step/blade.py
-	$(RUN) fenics-nnm check demos/step/blade.toml --picture $(PICTURES)/step_groups.png
+	$(RUN) python3 demos/six_geometries.py step
+	cp demos/step/results/groups.png $(PICTURES)/step_groups.png
 	for kind in blade matrices; do \
 	    $(RUN) fenics-nnm new $$kind $(JOURNEYS) && \
 	    $(RUN) fenics-nnm run $(JOURNEYS)/$$kind.toml --output $(JOURNEYS)/$$kind && \
@@ -61,10 +61,8 @@ journeys:
 
 # The gallery's bodies of other kinds; `journeys` leaves the results of demos/step.
 kinds: journeys
-	for demo in fork shroud; do \
-	    $(RUN) fenics-nnm run demos/$$demo/$$demo.toml --output demos/$$demo/results || exit; done
-	for folder in step/results/blade fork/results shroud/results; do \
-	    $(RUN) fenics-nnm plot demos/$$folder --formats png && \
+	$(RUN) python3 demos/six_geometries.py fork shroud
+	for folder in step/results/blade fork/results/fork shroud/results/shroud; do \
 	    cp demos/$$folder/pictures/mode_shapes.png \
 	        $(PICTURES)/$${folder%%/*}_mode_shapes.png || exit; done
 
@@ -83,7 +81,7 @@ verify-studies:
 	$(RUN) python3 demos/rod/preload.py
 	$(RUN) python3 demos/plate/plate.py
 	$(RUN) python3 tests/square_plate.py
-	$(RUN) python3 demos/rotor67/rotor67.py
+	$(RUN) python3 demos/six_geometries.py
 	$(RUN) python3 demos/rotor37/mesh_study.py
 	$(RUN) python3 demos/rotor37/reduction_study.py
 	$(RUN) python3 demos/rotor37/certificate.py

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.geometry import Fork, Shroud
+from fenics_nnm.geometry.fork import Pads
 from fenics_nnm.study import study_from
 
 FORK = Fork(length=100.0, width=5.0, distance=8.0, foot=20.0, element_size=2.5, length_unit="mm")
@@ -53,6 +54,30 @@ def test_shroud_is_a_blade_under_a_plate() -> None:
     np.testing.assert_allclose(mesh.box("shroud top"), [[-20, 104, 0], [20, 104, 0]], atol=1e-9)
     with pytest.raises(ValidationError, match="shroud_length = 5: must be above width = 6"):
         Shroud.model_validate({**SHROUD.model_dump(), "shroud_length": 5.0})
+
+
+def test_pads_of_the_fork_face_each_other_and_are_a_part_of_the_body() -> None:
+    mesh = build(FORK.model_copy(update={"pads": Pads(length=10.0, thickness=3.0)}))
+    assert mesh.volume == pytest.approx(2 * 100 * 5 + 20 * 18 + 2 * 10 * 3)
+    np.testing.assert_allclose(mesh.box("left pad"), [[-1, 90, 0], [-1, 100, 0]], atol=1e-9)
+    np.testing.assert_allclose(mesh.box("right pad"), [[1, 90, 0], [1, 100, 0]], atol=1e-9)
+    np.testing.assert_allclose(mesh.box("left inner"), [[-4, 0, 0], [-4, 90, 0]], atol=1e-9)
+    np.testing.assert_allclose(mesh.box("right outer"), [[9, 0, 0], [9, 100, 0]], atol=1e-9)
+    for pads, message in (
+        ({"length": 100.0, "thickness": 1.0}, "pads.length = 100: must be below length = 100"),
+        ({"length": 9.0, "thickness": 4.0}, "pads.thickness = 4: must be below 4, half"),
+    ):
+        with pytest.raises(ValidationError, match=message):
+            Fork.model_validate({**FORK.model_dump(), "pads": pads})
+
+
+def test_pads_of_the_shroud_are_a_part_of_it() -> None:
+    mesh = build(SHROUD.model_copy(update={"pad_length": 4.0}))
+    assert mesh.volume == pytest.approx(100 * 6 + 40 * 4)
+    np.testing.assert_allclose(mesh.box("shroud left"), [[-20, 100, 0], [-20, 104, 0]], atol=1e-9)
+    np.testing.assert_allclose(mesh.box("left"), [[-3, 0, 0], [-3, 100, 0]], atol=1e-9)
+    with pytest.raises(ValidationError, match="pad_length = 17: must be below 17"):
+        Shroud.model_validate({**SHROUD.model_dump(), "pad_length": 17.0})
 
 
 def frequencies(mesh: dict[str, Any], clamp: str, contact: str) -> np.ndarray:

@@ -6,21 +6,20 @@
 # blade by where they lie, makes smaller elements at the pad, and follows the first bending mode
 # against a stop beside the pad.
 #
-# Run with `python3 demos/step/blade.py`; results go to demos/step/results.
+# Run `python3 demos/step/blade.py`, which writes demos/step/results/blade.step, then
+# `fenics-nnm run demos/step/blade.toml`.
 
 # %%
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import gmsh
 import numpy as np
-from rich.console import Console
 
-from fenics_nnm.progress import progress
-from fenics_nnm.run import run_study
-from fenics_nnm.study import read_study
-
-HERE = Path(__file__).parent
-RESULTS = HERE / "results"
+RESULTS = Path(__file__).parent / "results"
 
 # %% [markdown]
 # Sections in mm: span, chord, largest thickness, and twist in degrees.
@@ -39,6 +38,20 @@ def outline(span: float, chord: float, thickness: float, twist: float) -> np.nda
     return np.concatenate([sides @ turn.T, np.full((2, 9, 1), span)], axis=2)
 
 
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Drop what OpenCASCADE writes to standard output past Python."""
+    sys.stdout.flush()
+    before, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)
+    try:
+        yield
+    finally:
+        os.dup2(before, 1)
+        os.close(before)
+        os.close(nothing)
+
+
 def write_step(path: Path) -> None:
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
@@ -53,14 +66,10 @@ def write_step(path: Path) -> None:
     occ.remove([e for e in occ.getEntities() if e[0] < 3], recursive=True)
     occ.synchronize()
     print(f"blade.step: volume {occ.getMass(*solid):.0f} mm^3")
-    gmsh.write(str(path))
+    with quiet():
+        gmsh.write(str(path))
     gmsh.finalize()
 
 
 RESULTS.mkdir(exist_ok=True)
 write_step(RESULTS / "blade.step")
-
-# %%
-study = HERE / "blade.toml"
-with progress(Console()) as stages:
-    result = run_study(read_study(study), study.read_text(), RESULTS / "blade", stages=stages)

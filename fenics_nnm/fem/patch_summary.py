@@ -45,10 +45,11 @@ class PatchSummary:
         mean = ", ".join(f"{round(x, 4) + 0.0:.4g}" for x in self.mean_direction)
         turned = self.largest_turn_deg > np.degrees(_ONE_DIRECTION)
         turn = f" within {self.largest_turn_deg:.3g} degrees" if turned else ""
+        towards = f"towards ({mean}){turn}" if any(self.mean_direction) else "towards several sides"
         left = f", {self.without_counterpart} vertices with nothing opposite left out"
         return (
             f"{self.name}: {self.points} points, {self.area_m2:.6g} m^2, {gaps}, "
-            f"towards ({mean}){turn}{left if self.without_counterpart else ''}"
+            f"{towards}{left if self.without_counterpart else ''}"
         )
 
 

@@ -8,6 +8,9 @@ from fenics_nnm.geometry.parameters import GmshModel
 Edge = tuple[str, int, int]
 """("x" or "y", i, j): the edge from grid point (i, j) to the next one along x or y."""
 
+Cell = tuple[int, int]
+"""(i, j): the rectangle between the grid lines i and i + 1 of x, j and j + 1 of y."""
+
 
 @dataclass(frozen=True, slots=True)
 class Rectangles:
@@ -23,12 +26,23 @@ class Rectangles:
 
     x: tuple[float, ...]
     y: tuple[float, ...]
-    filled: tuple[tuple[int, int], ...]
+    filled: tuple[Cell, ...]
     size: float
     depth: float | None = None
 
-    def build(self, gmsh_model: GmshModel, groups: dict[str, list[Edge]]) -> None:
-        """Mesh with quadrilaterals or hexahedra, the cells "body" and facets over named edges."""
+    def build(
+        self,
+        gmsh_model: GmshModel,
+        groups: dict[str, list[Edge]],
+        regions: dict[str, list[Cell]] | None = None,
+    ) -> None:
+        """Mesh with quadrilaterals or hexahedra, and name facets and cells.
+
+        Args:
+            gmsh_model: Where to mesh.
+            groups: Names of facets, with the edges that they are on or over.
+            regions: Names of cells, with the rectangles that they are in; all cells are "body" too.
+        """
         edges = self._add_edges(gmsh_model.geo)
         surfaces = [self._add_surface(gmsh_model.geo, edges, cell) for cell in self.filled]
         facets, bodies = edges, surfaces
@@ -37,11 +51,14 @@ class Rectangles:
         gmsh_model.geo.synchronize()
         dim = 2 if self.depth is None else 3
         gmsh_model.addPhysicalGroup(dim, bodies, name="body")
+        made = dict(zip(self.filled, bodies, strict=True))
+        for name, cells in (regions or {}).items():
+            gmsh_model.addPhysicalGroup(dim, [made[cell] for cell in cells], name=name)
         for name, members in groups.items():
             gmsh_model.addPhysicalGroup(dim - 1, [facets[edge] for edge in members], name=name)
         gmsh_model.mesh.generate(dim)
 
-    def _around(self, cell: tuple[int, int]) -> tuple[Edge, Edge, Edge, Edge]:
+    def _around(self, cell: Cell) -> tuple[Edge, Edge, Edge, Edge]:
         """Edges of a rectangle: bottom, right, top, left."""
         i, j = cell
         return ("x", i, j), ("y", i + 1, j), ("x", i, j + 1), ("y", i, j)
@@ -60,7 +77,7 @@ class Rectangles:
     def _intervals(self, length: float) -> int:
         return max(1, math.ceil(length / self.size - 1e-9))
 
-    def _add_surface(self, geo: GmshModel, edges: dict[Edge, int], cell: tuple[int, int]) -> int:
+    def _add_surface(self, geo: GmshModel, edges: dict[Edge, int], cell: Cell) -> int:
         bottom, right, top, left = (edges[edge] for edge in self._around(cell))
         surface = geo.addPlaneSurface([geo.addCurveLoop([bottom, right, -top, -left])])
         geo.mesh.setTransfiniteSurface(surface)

@@ -1,0 +1,136 @@
+# %% [markdown]
+# # Six geometries, from a file to a report
+#
+# A blade in a STEP file, a bracket in an .inp file, a shrouded blade in the plane, a bladed sector
+# with its root block, NASA rotor 67, and a tuning fork with two facing pads. Each is checked with a
+# picture of its groups, run, plotted and reported by the command line, untouched by hand.
+#
+# Run with `python3 demos/six_geometries.py`, or with some names; results go to demos/NAME/results.
+
+# %%
+import csv
+import subprocess
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+from json import loads
+from pathlib import Path
+
+HERE = Path(__file__).parent
+GOOD = {"verified", "converged", "inside resonance"}
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """A study, and what must come out.
+
+    Attributes:
+        study: Study file below demos.
+        first: Band of the frequency of the linear mode that is followed, Hz.
+        last: Band of the frequency ratio of the point of greatest energy.
+        points: Contact points.
+        verified: Least number of verified points.
+        maker: Script that writes the mesh or geometry, if any.
+    """
+
+    study: str
+    first: tuple[float, float]
+    last: tuple[float, float]
+    points: int
+    verified: int
+    maker: str | None = None
+
+    @property
+    def name(self) -> str:
+        return Path(self.study).parent.name
+
+
+# %% [markdown]
+# The linear frequencies depend on geometry, mesh and material, the last ratios on the whole chain.
+# Bands are 1 % of a frequency and some percent of a ratio.
+
+# %%
+GEOMETRIES = (
+    Geometry("step/blade.toml", (367, 374), (1.08, 1.14), 8, 2, "step/blade.py"),
+    Geometry("inp/bracket.toml", (625, 639), (1.07, 1.11), 6, 8, "inp/bracket.py"),
+    Geometry("shroud/shroud.toml", (244, 249), (1.72, 1.83), 10, 8),
+    Geometry("sector/sector.toml", (625, 637), (1.02, 1.05), 20, 12),
+    Geometry("rotor67/rotor67.toml", (367, 374.5), (1.03, 1.06), 24, 12),
+    Geometry("fork/fork.toml", (452, 462), (1.17, 1.24), 9, 8),
+)
+
+
+# %%
+def command(*words: str | Path) -> None:
+    """Run a command of the program; anything but success ends the study."""
+    arguments = [sys.executable, "-m", "fenics_nnm", *map(str, words)]
+    ended = subprocess.run(arguments, capture_output=True, text=True, check=False)
+    if ended.returncode or "Warning" in ended.stderr:
+        shown = " ".join(map(str, words))
+        sys.exit(f"fenics-nnm {shown} ended with {ended.returncode}:\n{ended.stderr}")
+
+
+def from_file_to_report(geometry: Geometry) -> Path:
+    """Run a study by the command line and return its results folder."""
+    study = HERE / geometry.study
+    results = study.parent / "results"
+    results.mkdir(exist_ok=True)
+    if geometry.maker:
+        subprocess.run([sys.executable, HERE / geometry.maker], check=True, capture_output=True)
+    folder = results / study.stem
+    command("check", study, "--picture", results / "groups.png")
+    command("run", study, "--output", folder)
+    command("plot", folder)
+    command("report", folder)
+    return folder
+
+
+def within(value: float, band: tuple[float, float]) -> bool:
+    return band[0] < value < band[1]
+
+
+def judged(geometry: Geometry, folder: Path, seconds: float) -> str:
+    """Check the results against what must come out, and return a row of the table."""
+    summary = loads((folder / "summary.json").read_text())
+    with (folder / "backbone.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    statuses = Counter(row["status"] for row in rows)
+    last = max(rows, key=lambda row: float(row["gamma_ratio"]))
+    frequency, ratio = float(last["frequency_Hz"]), float(last["frequency_ratio"])
+    linear = frequency / ratio
+    size = (folder / "report.html").stat().st_size
+    verdicts = ", ".join(f"{count} {status}" for status, count in statuses.items())
+    print(
+        f"{geometry.name:8} {summary['dofs']:7} {summary['contact_points']:7} {linear:9.2f} "
+        f"{frequency:9.2f} {ratio:7.3f} {seconds:6.0f} {size / 1e6:7.1f}   {verdicts}",
+        flush=True,
+    )
+    assert within(linear, geometry.first), f"{geometry.name}: first frequency {linear} Hz"
+    assert within(ratio, geometry.last), f"{geometry.name}: last frequency ratio {ratio}"
+    assert summary["contact_points"] == geometry.points
+    assert len(rows) >= 7
+    assert set(statuses) <= GOOD, verdicts
+    assert statuses["verified"] >= geometry.verified, verdicts
+    assert 0.3e6 < size < 30e6, f"{geometry.name}: report of {size} bytes"
+    assert "<img" in (folder / "report.html").read_text("utf-8")
+    assert (folder.parent / "groups.png").stat().st_size > 20_000
+    return geometry.name
+
+
+# %%
+if __name__ == "__main__":
+    chosen = set(sys.argv[1:])
+    unknown = chosen - {geometry.name for geometry in GEOMETRIES}
+    if unknown:
+        sys.exit(f"no geometry {', '.join(sorted(unknown))}")
+    print(
+        f"{'':8} {'dofs':>7} {'contact':>7} {'linear':>9} {'last':>9} {'ratio':>7} {'':>6} "
+        f"{'report':>7}\n{'':8} {'':>7} {'points':>7} {'Hz':>9} {'Hz':>9} {'1':>7} {'s':>6} "
+        f"{'MB':>7}   points of the branch"
+    )
+    for geometry in GEOMETRIES:
+        if not chosen or geometry.name in chosen:
+            begin = time.perf_counter()
+            folder = from_file_to_report(geometry)
+            judged(geometry, folder, time.perf_counter() - begin)

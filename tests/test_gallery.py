@@ -70,7 +70,7 @@ def test_list_names_each_file_with_a_caption_and_its_units(drawn: Path) -> None:
     }
     for each in found:
         assert each["title"] and each["caption"].endswith(".")
-        units = ("Hz", "mm", "MPa", "(%)", "no unit", " kN ")
+        units = ("Hz", "mm", "MPa", "(%)", "no unit", " kN ", " of 0.2 m.")
         assert any(unit in each["caption"] for unit in units), each
 
 

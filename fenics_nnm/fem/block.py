@@ -8,13 +8,6 @@ from petsc4py import PETSc
 from fenics_nnm.arrays import Array
 
 
-def use_mumps(ksp: PETSc.KSP) -> None:
-    """Solve by one Cholesky (LDL^T) factorisation of MUMPS."""
-    ksp.setType(PETSc.KSP.Type.PREONLY)
-    ksp.getPC().setType(PETSc.PC.Type.CHOLESKY)
-    ksp.getPC().setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-
-
 def solved(ksp: PETSc.KSP, columns: Array) -> Array:
     """Solutions for right-hand sides of shape (n_owned, k), all at once."""
     comm = ksp.comm

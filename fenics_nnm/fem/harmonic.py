@@ -9,7 +9,8 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError
-from fenics_nnm.fem.block import product, solved, use_mumps
+from fenics_nnm.fem.block import product, solved
+from fenics_nnm.fem.factorisation import factorise, use_mumps
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
 from fenics_nnm.reduction.truncation import MasslessTruncation
@@ -113,11 +114,10 @@ class HarmonicSolver:
         self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         self._ksp.setOperators(self._matrix)
         try:
-            self._ksp.setUp()
-        except PETSc.Error as error:
+            factorise(self._ksp)
+        except ConvergenceError as error:
             raise ConvergenceError(
-                f"K - s M cannot be factorised at {np.sqrt(s) / 2 / np.pi:.6g} Hz "
-                f"(PETSc error {error.ierr}): no memory?"
+                f"K - s M cannot be factorised at {np.sqrt(s) / 2 / np.pi:.6g} Hz: {error}"
             ) from error
         self.factorisations += 1
 

@@ -10,8 +10,9 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ConvergenceError, ModelError
-from fenics_nnm.fem.block import solved, use_mumps
+from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.eigenproblem import eigenproblem
+from fenics_nnm.fem.factorisation import factorise, reason, use_mumps
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import LinearModes, counting_shift
@@ -114,7 +115,7 @@ class ModalSolver:
         except PETSc.Error as error:
             raise ModelError(
                 "the stiffness cannot be factorised: rigid-body modes (is the body clamped?), "
-                f"or no memory (PETSc error {error.ierr})"
+                f"or no memory ({reason(self._eps.getST().getKSP(), error)})"
             ) from error
 
     def _check_rigid(self, squared: Array) -> None:
@@ -160,7 +161,7 @@ def _negative_pivots(solid: Solid, shift: float) -> int:
     ksp.setOptionsPrefix("nnm_inertia_")
     ksp.setOperators(shifted)
     use_mumps(ksp)
-    ksp.setUp()
+    factorise(ksp)
     negative = ksp.getPC().getFactorMatrix().getMumpsInfog(12)
     ksp.destroy()
     shifted.destroy()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
+from math import comb
 
 import numpy as np
 from scipy import sparse
@@ -17,9 +18,14 @@ from scipy import sparse
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.reference_cell import ReferenceCell, reference_cell
 
-#: Weights that decide where a patch is too thin for its polynomial, by degree: the higher terms
-#: vanish then. Their squares are the relative error where it is not.
-_RESERVE = (0.0, 1e-9, 1e-5)
+#: A patch whose points lie in a plane, or on a line, to this part of its size does not settle how
+#: stress changes across.
+_FLAT = 1e-6
+
+#: A combination of quadratic terms that is smaller than this part of the largest one at the points
+#: of a patch, once constant and linear terms are taken out, is not settled by them and left out:
+#: with two layers of points across a thin body, the square of the coordinate across.
+_SETTLED = 1e-3
 
 #: A patch with fewer points than this for each coefficient is enlarged by its neighbours; on a
 #: line as many points as coefficients are never badly placed.
@@ -102,44 +108,62 @@ def strains_of(gradient: Array) -> Array:
 def _smoothing(mesh: FieldMesh, samples: Array) -> sparse.csr_array:
     """Weights of the samples of all cells at each node, shape (n, cells s)."""
     count, per_cell = len(mesh.nodes), samples.shape[1]
-    powers = _monomials(mesh.cell.dim, mesh.cell.degree)
-    patches = _patches(mesh, per_cell, _POINTS_PER_COEFFICIENT[mesh.cell.dim] * len(powers))
+    dim, degree = mesh.cell.dim, mesh.cell.degree
+    wanted = _POINTS_PER_COEFFICIENT[dim] * comb(dim + degree, degree)
+    patches = _patches(mesh, per_cell, wanted)
     node, vertex, weight = _pairs(mesh)
     start = np.searchsorted(vertex, np.arange(count + 1))
     flat = samples.reshape(-1, mesh.cell.dim)
     rows, columns, values = [], [], []
     for number in np.unique(vertex):
-        wanted = slice(start[number], start[number + 1])
+        listed = slice(start[number], start[number + 1])
         cells = patches.indices[patches.indptr[number] : patches.indptr[number + 1]]
         points = (cells[:, None] * per_cell + np.arange(per_cell)).ravel()
         centre = mesh.nodes[number, : mesh.cell.dim]
-        places = mesh.nodes[node[wanted], : mesh.cell.dim] - centre
-        found = _fit(flat[points] - centre, places, powers) * weight[wanted, None]
-        rows.append(np.repeat(node[wanted], len(points)))
+        places = mesh.nodes[node[listed], : mesh.cell.dim] - centre
+        found = _fit(flat[points] - centre, places, degree) * weight[listed, None]
+        rows.append(np.repeat(node[listed], len(points)))
         columns.append(np.tile(points, len(found)))
         values.append(found.ravel())
     triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     return sparse.coo_array(triplets, shape=(count, len(flat))).tocsr()
 
 
-def _fit(points: Array, places: Array, powers: Indices) -> Array:
-    """Weights of values at points in their least-squares polynomial at places, (places, points)."""
-    size = np.abs(points).max()
-    matrix = _evaluated(points / size, powers)
-    reserve = np.diag(np.array(_RESERVE)[powers.sum(axis=1)])
-    Q, R = np.linalg.qr(np.vstack([matrix, reserve]))
-    rows = np.linalg.solve(R.T, np.asarray(_evaluated(places / size, powers).T, dtype=float))
-    return np.asarray(rows.T @ Q[: len(points)].T)
+def _fit(points: Array, places: Array, degree: int) -> Array:
+    """Weights of values at points in their least-squares polynomial at places, (places, points).
+
+    In coordinates in which the points have no mean and unit covariance, constant and linear terms
+    L are orthogonal: L^T L = n. With quadratic terms Q the fit c of values b is
+
+        c_Q = (Q - L P)^+ b,    c_L = L^T b / n - P c_Q,    P = L^T Q / n.
+
+    The pseudoinverse leaves out what the points do not settle. What remains depends neither on
+    the axes nor on the size of the patch.
+    """
+    mean = points.mean(axis=0)
+    scaling = _whitening(points - mean)
+    (L, Q), (L_at, Q_at) = (_terms((x - mean) @ scaling, degree) for x in (points, places))
+    weights = L_at @ L.T / len(points)
+    if degree > 1:
+        P = L.T @ Q / len(points)
+        weights = weights + (Q_at - L_at @ P) @ np.linalg.pinv(Q - L @ P, rcond=_SETTLED)
+    return np.asarray(weights)
 
 
-def _monomials(dim: int, degree: int) -> Indices:
-    """Exponents of all monomials up to a degree, shape (monomials, dim)."""
-    factors = [c for d in range(degree + 1) for c in combinations_with_replacement(range(dim), d)]
-    return np.array([[factor.count(axis) for axis in range(dim)] for factor in factors])
+def _whitening(points: Array) -> Array:
+    """The symmetric matrix that gives points without mean unit covariance, zero across a plane."""
+    variance, axes = np.linalg.eigh(points.T @ points / len(points))
+    spread = variance > _FLAT**2 * variance[-1]
+    return np.asarray((axes[:, spread] / np.sqrt(variance[spread])) @ axes[:, spread].T)
 
 
-def _evaluated(points: Array, powers: Indices) -> Array:
-    return np.asarray(np.prod(points[:, None, :] ** powers, axis=2))
+def _terms(x: Array, degree: int) -> tuple[Array, Array]:
+    """Constant and linear terms at points, and quadratic ones whose norm no rotation changes."""
+    linear = np.column_stack([np.ones(len(x)), x])
+    pairs = list(combinations_with_replacement(range(x.shape[1]), 2)) if degree > 1 else []
+    size = {True: 1.0, False: np.sqrt(2.0)}
+    quadratic = [size[i == j] * x[:, i] * x[:, j] for i, j in pairs]
+    return linear, np.array(quadratic).reshape(len(pairs), len(x)).T
 
 
 def _patches(mesh: FieldMesh, per_cell: int, wanted: int) -> sparse.csr_array:

@@ -169,6 +169,16 @@ def test_geo_file(tmp_path: Path) -> None:
     assert set(mesh_of(path, length_unit="m", element_size=None).cells) == {"body"}
 
 
+def test_bytes_that_are_no_text_do_not_spoil_later_files(tmp_path: Path) -> None:
+    """Given to gmsh, a zero byte would leave its parser unusable."""
+    (tmp_path / "noise.geo").write_bytes(bytes(range(256)))
+    with pytest.raises(MeshError, match="is neither a mesh nor text"):
+        mesh_of(tmp_path / "noise.geo", length_unit="m", element_size=None)
+    path = tmp_path / "plate.geo"
+    path.write_text(GEO)
+    assert set(mesh_of(path, length_unit="m", element_size=None).cells) == {"body"}
+
+
 def test_run_of_a_step_file_from_picks(
     study_file: StudyFile, command: Command, tmp_path: Path
 ) -> None:

@@ -17,7 +17,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.boundary import boundary
 from fenics_nnm.fem.cad_units import declared_unit
-from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
+from fenics_nnm.fem.gmsh_mesh import assert_text, extracted, gmsh_session
 from fenics_nnm.fem.mesh import TaggedMesh, spread_mesh
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.geometry.parameters import METRES
@@ -116,6 +116,7 @@ def _open(cad: Cad) -> None:
     if not cad.path.is_file():
         what = "is not a file" if cad.path.exists() else "there is no such file"
         raise MeshError(f"mesh.file = {cad.path}: {what}")
+    assert_text(cad.path)
     declared = declared_unit(cad.path)
     try:
         with _quiet():

@@ -23,6 +23,9 @@ _SHAPES = ("Line", "Triangle", "Quadrilateral", "Tetrahedron", "Hexahedron")
 #: An element whose signed inverse condition number is below this is taken as flat.
 _FLAT = 1e-6
 
+#: Bytes of a file that are looked at before gmsh reads it.
+_HEAD = 1_000_000
+
 
 @contextmanager
 def gmsh_session(name: str) -> Iterator[None]:
@@ -46,12 +49,28 @@ def open_mesh(path: Path) -> None:
     Raises:
         MeshError: if gmsh cannot read it or it holds no mesh.
     """
+    assert_text(path)
     try:
         gmsh.merge(str(path))
     except Exception as error:  # gmsh raises bare Exception
         raise MeshError(f"mesh.file = {path}: gmsh cannot read it: {error}") from error
     if not gmsh.model.mesh.getNodes()[0].size:
         raise MeshError(f"mesh.file = {path}: holds no mesh")
+
+
+def assert_text(path: Path) -> None:
+    """Refuse a file of other bytes than text, if gmsh would take it for its own language.
+
+    A zero byte leaves gmsh's parser unusable: the process could not read another .geo file.
+
+    Raises:
+        MeshError: if there is one.
+    """
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    language = path.suffix.lower() == ".geo" or head[:1] != b"$"
+    if language and path.suffix.lower() in (".geo", ".msh") and b"\0" in head:
+        raise MeshError(f"mesh.file = {path}: gmsh cannot read it: is neither a mesh nor text")
 
 
 def extracted(name: str) -> RawMesh:

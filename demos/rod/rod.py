@@ -69,7 +69,7 @@ assert within >= 12
 assert max(map(abs, error.values())) < 0.03
 
 # %% [markdown]
-# All energies beyond grazing have a point. Those inside an internal resonance are marked.
+# All energies beyond first contact have a point. Those inside an internal resonance are marked.
 
 # %%
 beyond = [point for point in points if point.gamma_ratio > 1.01]
@@ -77,8 +77,9 @@ exact = frequency_ratio(np.array([point.gamma_ratio for point in beyond]))
 missed = np.abs(np.array([point.frequency_ratio for point in beyond]) / exact - 1)
 unmarked = missed[[point.status in ("verified", "converged") for point in beyond]]
 print(
-    f"{len(beyond)} points beyond grazing, {len(beyond) - len(unmarked)} of them marked; the other "
-    f"ones within {unmarked.max():.3%} of the exact frequency, median {np.median(unmarked):.3%}"
+    f"{len(beyond)} points beyond first contact, {len(beyond) - len(unmarked)} of them marked; "
+    f"the other ones within {unmarked.max():.3%} of the exact frequency, "
+    f"median {np.median(unmarked):.3%}"
 )
 assert fine.branch.complete
 assert len(unmarked) >= 3 / 4 * len(beyond)
@@ -102,7 +103,8 @@ plot_backbone(
 )
 
 # %% [markdown]
-# Phase space: below grazing all nodes move in proportion, beyond it the invariant manifold bends.
+# Phase space: below first contact all nodes move in proportion, beyond it the invariant manifold
+# bends.
 
 # %%
 ENERGIES = {"paper": (0.7, 0.9, 1.2, 1.5, 1.8), "fine": (0.7, 0.9, 1.2, 1.4, 1.8)}

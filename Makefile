@@ -16,13 +16,14 @@ ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.p
     contact_force.png contact_duration.png phase_contact.png orbit.png certificate.png \
     multipliers_plane.png multipliers.png
 
-.PHONY: help demo pictures journeys kinds test lint clean distclean verify verify-studies \
+.PHONY: help demo pictures journeys kinds test test-next lint clean distclean verify verify-studies \
     verify-random verify-viewers look image image-check
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
 	@echo 'make pictures     make all pictures of the docs anew, in $(PICTURES)'
 	@echo 'make test         run the tests and the checks of the source'
+	@echo 'make test-next    run the tests with the packages of Debian unstable'
 	@echo 'make verify       run the slow studies of docs/verification.md'
 	@echo 'make look         look at reports in a browser, at the widths of a desktop and of a telephone'
 	@echo 'make lint         run only the checks of the source'
@@ -76,6 +77,10 @@ kinds: journeys
 test:
 	$(RUN) python3 -m pytest -q -n auto --dist worksteal tests
 	$(MAKE) lint
+
+# With the newest dolfinx that Debian has.
+test-next:
+	environment/run --next python3 -m pytest -q -n auto --dist worksteal tests
 
 # Three parts, side by side with "make -j 2 verify". Tables go into docs/verification.md.
 verify: verify-studies verify-random verify-viewers

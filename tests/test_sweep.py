@@ -14,9 +14,11 @@ import pytest
 from conftest import PLATE, ROD, Ended, changed
 from matplotlib.figure import Figure
 from PIL import Image
+from test_mpi import on_ranks, own_lines
 
 import fenics_nnm.shared_analysis
 import fenics_nnm.sweep.pictures
+from fenics_nnm.output.staging import claim
 from fenics_nnm.study import study_from
 from fenics_nnm.study.settings import Setting
 from fenics_nnm.study.units import unit_of
@@ -379,6 +381,20 @@ def test_processes_and_this_one_give_the_same_table(
     assert Path("one/sweep.csv").read_bytes() == Path("two/sweep.csv").read_bytes()
 
 
+def test_ranks_and_this_process_give_the_same_table(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    study_file(QUICK)
+    lists = ("--set", "contact.facets=right,nowhere", "--set", "mode.number=1,2")
+    alone = command("sweep", "study.toml", *lists, "--output", "one")
+    words = ("-m", "fenics_nnm", "sweep", "study.toml", *lists, "--output", "two")
+    ranks = on_ranks(2, *words, folder=tmp_path)
+    assert (alone.code, ranks.code) == (1, 1), ranks.err
+    assert own_lines(ranks) == alone.err.splitlines()
+    assert ranks.out.count("4 studies: 0 done, 4 to run") == 1
+    assert Path("one/sweep.csv").read_bytes() == Path("two/sweep.csv").read_bytes()
+
+
 def test_a_worker_keeps_to_the_structure_that_it_holds(study_file: StudyFile) -> None:
     file = study_file(PLATE)
     made = plan(
@@ -465,3 +481,15 @@ def test_units(key: str, unit: str) -> None:
         },
     )
     assert unit_of(study_from(values, Path("study.toml")), key) == unit
+
+
+def test_a_study_that_runs_elsewhere_is_left_alone(study_file: StudyFile, command: Command) -> None:
+    study_file(QUICK)
+    staging = claim(Path("s/contact.gap=0.001"))
+    try:
+        ended = command("sweep", "study.toml", "--set", "contact.gap=1e-3", "--output", "s")
+    finally:
+        staging.release()
+    assert ended.code == 1
+    assert "of a run that is going on" in ended.err
+    assert rows(Path("s"))[0]["status"] == "failed"

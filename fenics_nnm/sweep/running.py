@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from mpi4py import MPI
 
 from fenics_nnm.errors import one_line
+from fenics_nnm.resume import assert_nobody_runs
 from fenics_nnm.run import run_study
 from fenics_nnm.shared_analysis import SharedAnalysis
 from fenics_nnm.stages import Stages
@@ -55,6 +56,7 @@ class Runner:
         """
         try:
             with _named(str(case)), self.stages() as stages:
+                assert_nobody_runs(case.folder)
                 run_study(
                     case.study,
                     case.text,

@@ -119,7 +119,11 @@ def begun(plan: Plan) -> Sweep:
         StudyError: if one of them has results of another study.
         OutputError: if results cannot be read.
     """
-    return Sweep(plan, {case.number: standing_of(case) for case in plan.cases})
+    sweep = Sweep(plan, {case.number: standing_of(case) for case in plan.cases})
+    for case in plan.cases:
+        if sweep.standings[case.number] is Standing.ENDED:
+            sweep.outcomes[case.number] = outcome_of(case, Standing.ENDED)
+    return sweep
 
 
 def _outcome(case: Case, failure: str) -> Outcome:

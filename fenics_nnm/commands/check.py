@@ -45,7 +45,7 @@ def _check(arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.fem.linear import LinearAnalysis
     from fenics_nnm.output.description import describe
-    from fenics_nnm.output.pictures.groups import draw_groups, roles_of
+    from fenics_nnm.output.pictures.groups import casings_of, draw_groups, roles_of
     from fenics_nnm.resolution.auto import provisional
 
     (study, _), picture = asked_study(arguments), arguments.picture
@@ -66,7 +66,7 @@ def _check(arguments: argparse.Namespace) -> int:
     show(console, text)
     if picture and isinstance(shown.analysis, LinearAnalysis):
         tagged, interface = shown.analysis.solid.tagged, shown.analysis.interface
-        draw_groups(picture, tagged, roles_of(study), interface)
+        draw_groups(picture, tagged, roles_of(study), interface, casings_of(study))
         show(console, f"picture          {picture}")
     return DONE
 

@@ -47,6 +47,9 @@ from fenics_nnm.study.continuation import ArcLengthSection
 Analysis = LinearAnalysis | MatrixAnalysis
 """All that is linear of a study."""
 
+Analyse = Callable[..., Analysis]
+"""A function with the arguments of `linear_analysis`."""
+
 
 def linear_analysis(
     study: Study, comm: MPI.Comm, stages: Stages | None = None, *, at_most: int | None = None
@@ -70,12 +73,17 @@ def linear_analysis(
     stages = stages or Stages()
     if isinstance(study, MatrixStudy):
         analysis = on_root(comm, lambda: _analysis_of_matrices(study, stages, at_most))
-        return _with_reference(analysis, study)
-    return _with_reference(_analysis_of_mesh(study, comm, stages, at_most), study)
+        return with_reference(analysis, study)
+    return with_reference(_analysis_of_mesh(study, comm, stages, at_most), study)
 
 
-def _with_reference(analysis: Analysis, study: Study) -> Analysis:
-    """The analysis, with the reference displacement of points that touch at rest in its model."""
+def with_reference(analysis: Analysis, study: Study) -> Analysis:
+    """The analysis, with the reference displacement of points that touch at rest in its model.
+
+    Raises:
+        ModelError: if a gap is not positive at full order.
+        StudyError: if the reference displacement has no effect.
+    """
     reference, rest = study.contact.reference_displacement, analysis.model.at_rest()
     if study.full_order and analysis.model.gap.min() <= 0:
         raise ModelError(

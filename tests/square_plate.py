@@ -97,17 +97,24 @@ def tell(line: str) -> None:
 
 
 def main() -> None:
-    """Print the smallest and largest difference from both references on each mesh."""
-    for support in ("CFFF", "FFFF"):
+    """Print the smallest and largest difference from both references on each mesh, in percent."""
+    tell("docs: square_plate")
+    tell("| support | elements | against Leissa (1973) | against converged thin-plate theory |")
+    tell("|---|---|---|---|")
+    for support, name in (("CFFF", "clamped on one side, six modes"), ("FFFF", "free, five modes")):
         reference = published(support)
         thin = thin_plate(support, len(reference))
-        high = (reference / thin - 1) * 100
-        tell(f"{support}: published over thin plate {high.min():.2f} to {high.max():.2f} %")
+        tell(f"| {name} | Leissa (1973) | | {difference(reference, thin)} |")
         for elements in (12, 20, 30):
             found = solid_plate(support, elements)[-len(reference) :]
-            for name, exact in (("published", reference), ("thin plate", thin)):
-                part = (found / exact - 1) * 100
-                tell(f"{elements:4d}^2 over {name}: {part.min():.2f} to {part.max():.2f} %")
+            parts = (difference(found, reference), difference(found, thin))
+            tell(f"| | {elements} x {elements} | {parts[0]} | {parts[1]} |")
+    tell("")
+
+
+def difference(found: np.ndarray, exact: np.ndarray) -> str:
+    part = (found / exact - 1) * 100
+    return f"{part.min():.2f} to {part.max():.2f}"
 
 
 if __name__ == "__main__":

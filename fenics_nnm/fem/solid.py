@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import ufl
-from dolfinx import default_scalar_type, fem
+from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
 from petsc4py import PETSc
 
@@ -101,8 +101,8 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
     space = fem.functionspace(tagged.mesh, ("Lagrange", body.degree, (tagged.dim,)))
     strain_energy, inertia = _forms(space, body, regions)
     blocks = fem.locate_dofs_topological(space, tagged.dim - 1, clamped_facets)
-    zero = np.zeros(tagged.dim, dtype=default_scalar_type)
-    clamp = [fem.dirichletbc(zero, blocks, space)]
+    # a function, since from dolfinx 0.11 on a constant of a rod's vectors has another shape
+    clamp = [fem.dirichletbc(fem.Function(space), blocks)]
     K = assemble_matrix(fem.form(strain_energy), clamp, 1.0)
     M = assemble_matrix(fem.form(inertia), clamp, 0.0)
     vertices = _attach(tagged, space, body, (K, M), clamp)

@@ -178,6 +178,22 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
+def study_text(path: Path) -> str:
+    """Text of the study file of any run, finished or not; its points are not read.
+
+    Raises:
+        OutputError: if the file cannot be read or is of another kind.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            _assert_format(path, str(file.attrs.get("format", "")))
+            return str(file.attrs["study"])
+    except OSError as error:
+        if isinstance(error, OutputError):
+            raise
+        raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
 def _assert_format(path: Path, found: str) -> None:
     if found == FORMAT:
         return

@@ -32,12 +32,14 @@ class ClosedPoints:
         offset: Margins in m at q = 0, shape (n_c,).
         stiffness: Shape (J, J), symmetric.
         pull: Constant force, shape (J,).
+        force_per_margin: (R_AA^-1)_cc of the closed points, 0 for open ones, shape (n_c,).
     """
 
     gradient: Array
     offset: Array
     stiffness: Array
     pull: Array
+    force_per_margin: Array
 
     @classmethod
     def of(cls, model: ReducedModel, active: NDArray[np.bool_]) -> ClosedPoints:
@@ -53,4 +55,7 @@ class ClosedPoints:
         gradient[active] = given_way[:, None] * force
         offset[active] = -given_way * force_at_gap
         stiffness = np.diag(model.omega**2) + Phi.T @ force
-        return cls(gradient, offset, (stiffness + stiffness.T) / 2, Phi.T @ force_at_gap)
+        per_margin = np.zeros(model.points)
+        per_margin[active] = np.diagonal(inverse)
+        pull = Phi.T @ force_at_gap
+        return cls(gradient, offset, (stiffness + stiffness.T) / 2, pull, per_margin)

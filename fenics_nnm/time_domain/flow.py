@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
@@ -24,6 +25,9 @@ _MOMENT = 1e-9
 
 #: Stages that are kept; they are all forgotten when there are more.
 _STAGES_KEPT = 2000
+
+#: Stages that are tried for a state before its forces are found from scratch.
+_RECENT = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +76,8 @@ class Flow:
         init=False, repr=False, compare=False, default_factory=dict
     )
 
+    _recent: list[LinearStage] = field(init=False, repr=False, compare=False, default_factory=list)
+
     def __post_init__(self) -> None:
         if not self.model.massless:
             raise ModelError("the motion in time needs contact points without mass: R is singular")
@@ -102,14 +108,13 @@ class Flow:
         record = _Record(wanted, self.model.modes, transition=transition)
         if not np.all(np.isfinite([*q, *velocity, span])):
             return record.trajectory(q, velocity, 0, "the state to start from is not finite")
-        clock = 0.0
+        clock, stage = 0.0, None
         for changes in range(self.most_changes + 1):
-            stage = self._stage_after(q, velocity)
+            stage = self._stage_after(q, velocity, stage)
             motion = stage.motion(q, velocity)
             duration = motion.end(2 * self._moment, span - clock)
             record.note(motion, clock, duration)
-            ends = motion.states(np.array([duration]))
-            q, velocity = ends[0][0], ends[1][0]
+            q, velocity = motion.state(duration)
             clock += duration
             if clock >= span:
                 return record.trajectory(q, velocity, changes, "")
@@ -130,7 +135,7 @@ class Flow:
 
     def energy_gradient(self, q: Array) -> Array:
         """Derivative of the energy by q: omega^2 q + Phi^T lambda(q), shape (J,)."""
-        return np.asarray(self.model.omega**2 * q + self.forces(q[None])[0] @ self.model.Phi)
+        return self._stage_at(q).pull(q)
 
     def energy(self, q: Array, velocity: Array) -> float:
         """Total energy in J, constant in time, from the state of rest (q_s, lambda_s).
@@ -138,7 +143,7 @@ class Flow:
         With x = q - q_s, mu = lambda - lambda_s and c the clearances it is
         (x'^2 + (omega x)^2 + mu^T R mu) / 2 + lambda_s . c.
         """
-        force, rest = self.forces(q[None])[0], self._rest
+        force, rest = self._stage_at(q).forces(q), self._rest
         modal = velocity @ velocity + np.sum((self.model.omega * (q - rest.q)) ** 2)
         change = force - rest.force
         energy = float(modal + change @ self.model.R @ change) / 2
@@ -147,10 +152,30 @@ class Flow:
         clearance = self.model.gap - self.model.Phi @ q + self.model.R @ force
         return energy + float(np.where(force == 0, clearance, 0.0) @ rest.force)
 
-    def _stage_after(self, q: Array, velocity: Array) -> LinearStage:
-        """The stage that a state is about to be in."""
-        soon = self.model.Phi @ (q + self._moment * velocity)
-        active = self._law(soon[None]).force[0] > 0
+    def _stage_after(self, q: Array, velocity: Array, before: LinearStage | None) -> LinearStage:
+        """The stage that a state is about to be in; most often one point opens or closes."""
+        soon = q + self._moment * velocity
+        if before is not None:
+            changed = self._stage(before.toggled(soon))
+            if changed.holds(soon):
+                return changed
+        return self._stage_at(soon)
+
+    def _stage_at(self, q: Array) -> LinearStage:
+        """The stage of coordinates of shape (J,).
+
+        The forces at a state are unique: a stage with positive margins is the right one. Most
+        often it is one of the last states asked for.
+        """
+        stage = next((known for known in self._recent if known.holds(q)), None)
+        if stage is None:
+            stage = self._stage(self._law((self.model.Phi @ q)[None]).force[0] > 0)
+        others = [known for known in self._recent if known is not stage]
+        self._recent[:] = [stage, *others[: _RECENT - 1]]
+        return stage
+
+    def _stage(self, active: NDArray[np.bool_]) -> LinearStage:
+        """The stage with given points in contact."""
         key = active.tobytes()
         if key not in self._stages:
             if len(self._stages) >= _STAGES_KEPT:
@@ -171,9 +196,9 @@ class _Record:
 
     def note(self, motion: StageMotion, clock: float, duration: float) -> None:
         """Take what lies between `clock` and `duration` later."""
-        first = np.searchsorted(self._times, clock)
-        last = np.searchsorted(self._times, clock + duration, side="right")
-        if last > first:
+        if len(self._times):
+            first = np.searchsorted(self._times, clock)
+            last = np.searchsorted(self._times, clock + duration, side="right")
             chosen = slice(first, last)
             states = motion.states(self._times[chosen] - clock)
             self._q[chosen], self._velocity[chosen] = states

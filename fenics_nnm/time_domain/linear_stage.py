@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +13,14 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.reduction.closed import ClosedPoints
 from fenics_nnm.reduction.model import ReducedModel
 
+Complex = NDArray[np.complexfloating[Any, Any]]
+
 #: A margin is negative below this part of the size of what it is the difference of.
 _ROUND_OFF = 1e-13
+_TINY = np.finfo(float).tiny
 
-#: Length of the first intervals of the search, times the frequency of the margins.
-_FIRST_STEP = 0.25
-
-#: Intervals that an interval of time is searched in, and parts of one that may hold an event.
-_INTERVALS = 64
-_PARTS = 32
+#: A step of the search below this part of the time has arrived.
+_ARRIVED = 1e-14
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,149 +38,145 @@ class LinearStage:
         V: Orthonormal modes as columns, shape (J, J).
         rest: Position of rest, kg^1/2 m, shape (J,).
         margin_shape: Margins per modal coordinate of the stage, shape (n_c, J).
+        margin_rate: Minus these times nu, shape (n_c, J).
         margin_rest: Margins in m at rest, shape (n_c,).
+        bounds: Sizes of the margins and of their second derivatives per amplitude of the modal
+            coordinates, one below the other, shape (2 n_c, J).
         size: Smallest size in m that the margins are measured by, shape (n_c,).
-        contact: Whether any point is in contact.
+        stiffness: Contact force per margin in N/m, 0 for open points, shape (n_c,).
+        active: Which points are in contact, shape (n_c,).
+        contact: Whether any point is.
     """
 
     nu: Array
     V: Array
     rest: Array
     margin_shape: Array
+    margin_rate: Array
     margin_rest: Array
+    bounds: Array
     size: Array
+    stiffness: Array
+    active: NDArray[np.bool_]
     contact: bool
 
     @classmethod
     def of(cls, model: ReducedModel, active: NDArray[np.bool_]) -> LinearStage:
         """The stage with the given points in contact, shape (n_c,)."""
-        if not active.any():
-            return cls(
-                nu=model.omega,
-                V=np.eye(model.modes),
-                rest=np.zeros(model.modes),
-                margin_shape=-model.Phi,
-                margin_rest=model.gap,
-                size=np.abs(model.gap),
-                contact=False,
-            )
-        held = ClosedPoints.of(model, active)
-        squares, V = eigh(held.stiffness)
-        rest = V @ ((V.T @ held.pull) / squares)
+        nu, V = model.omega, np.eye(model.modes)
+        rest: Array = np.zeros(model.modes)
+        shape, margin_rest = -model.Phi, model.gap
+        stiffness: Array = np.zeros(model.points)
+        if active.any():
+            held = ClosedPoints.of(model, active)
+            squares, V = eigh(held.stiffness)
+            nu, rest = np.sqrt(squares), V @ ((V.T @ held.pull) / squares)
+            shape, margin_rest = held.gradient @ V, held.gradient @ rest + held.offset
+            stiffness = held.force_per_margin
+        size = np.abs(shape)
         return cls(
-            nu=np.sqrt(squares),
+            nu=nu,
             V=V,
             rest=rest,
-            margin_shape=held.gradient @ V,
-            margin_rest=held.gradient @ rest + held.offset,
+            margin_shape=shape,
+            margin_rate=-shape * nu,
+            margin_rest=margin_rest,
+            bounds=np.vstack([size, size * nu**2]),
             size=np.abs(model.gap),
-            contact=True,
+            stiffness=stiffness,
+            active=active,
+            contact=bool(active.any()),
         )
+
+    def margins(self, q: Array) -> Array:
+        """Margins in m at coordinates of shape (J,), shape (n_c,)."""
+        return np.asarray(self.margin_shape @ (self.V.T @ (q - self.rest)) + self.margin_rest)
+
+    def holds(self, q: Array) -> bool:
+        """Whether all margins are positive at coordinates of shape (J,)."""
+        return bool(self.margins(q).min() > 0)
+
+    def forces(self, q: Array) -> Array:
+        """Contact forces in N at coordinates of shape (J,), shape (n_c,)."""
+        return self.stiffness * self.margins(q)
+
+    def pull(self, q: Array) -> Array:
+        """Derivative K_A (q - rest) of the energy by the coordinates, shape (J,)."""
+        return np.asarray(self.V @ (self.nu**2 * (self.V.T @ (q - self.rest))))
+
+    def toggled(self, q: Array) -> NDArray[np.bool_]:
+        """Points in contact, with the change where a margin is not positive, shape (n_c,)."""
+        return np.asarray(self.active ^ (self.margins(q) <= 0))
 
     def motion(self, q: Array, velocity: Array) -> StageMotion:
         """The motion from a state."""
-        return StageMotion(self, self.V.T @ (q - self.rest), (self.V.T @ velocity) / self.nu)
+        sine = (velocity @ self.V) / self.nu
+        return StageMotion(self, (q - self.rest) @ self.V - 1j * sine)
 
     def carried(self, transition: Array, time: float) -> Array:
-        """State-transition matrix, shape (2 J, 2 J), after some more time in this stage."""
+        """State-transition matrix, shape (2 J, c), after some more time in this stage.
+
+        Args:
+            transition: Derivatives of the state by c numbers before, shape (2 J, c).
+            time: Time in s.
+        """
+        modes = len(self.nu)
+        by_q, by_velocity = self.V.T @ transition.reshape(2, modes, -1)
         cosine, sine = np.cos(self.nu * time)[:, None], np.sin(self.nu * time)[:, None]
-        nu, half = self.nu[:, None], len(self.nu)
-        by_q, by_velocity = self.V.T @ transition[:half], self.V.T @ transition[half:]
-        return np.vstack(
-            [
-                self.V @ (cosine * by_q + sine / nu * by_velocity),
-                self.V @ (cosine * by_velocity - nu * sine * by_q),
-            ]
+        nu = self.nu[:, None]
+        after = np.stack(
+            [cosine * by_q + sine / nu * by_velocity, cosine * by_velocity - nu * sine * by_q]
         )
+        return np.asarray(self.V @ after).reshape(transition.shape)
 
 
 @dataclass(frozen=True, slots=True)
 class StageMotion:
-    """A motion of a stage: V (cos(nu t) cosine + sin(nu t) sine) + rest.
+    """A motion of a stage: V Re(amplitude exp(i nu t)) + rest.
 
     Attributes:
         stage: The stage.
-        cosine: Amplitudes of the cosines, shape (J,).
-        sine: Amplitudes of the sines, shape (J,).
+        amplitude: Complex amplitudes, shape (J,).
     """
 
     stage: LinearStage
-    cosine: Array
-    sine: Array
+    amplitude: Complex
+
+    def state(self, time: float) -> tuple[Array, Array]:
+        """Coordinates and velocities at a time from the start, each of shape (J,)."""
+        stage, wave = self.stage, self.amplitude * np.exp(1j * time * self.stage.nu)
+        return stage.V @ wave.real + stage.rest, -(stage.V @ (stage.nu * wave.imag))
 
     def states(self, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities at times from the start, each of shape (len(times), J)."""
-        stage, angle = self.stage, np.outer(times, self.stage.nu)
-        cosine, sine = np.cos(angle), np.sin(angle)
-        q = (cosine * self.cosine + sine * self.sine) @ stage.V.T + stage.rest
-        return q, (stage.nu * (cosine * self.sine - sine * self.cosine)) @ stage.V.T
-
-    def margins(self, times: Array) -> Array:
-        """Margins in m, shape (len(times), n_c)."""
-        angle = np.outer(times, self.stage.nu)
-        wave = np.cos(angle) * self.cosine + np.sin(angle) * self.sine
-        return wave @ self.stage.margin_shape.T + self.stage.margin_rest
+        stage = self.stage
+        wave = self.amplitude * np.exp(1j * np.outer(times, stage.nu))
+        return wave.real @ stage.V.T + stage.rest, -(stage.nu * wave.imag) @ stage.V.T
 
     def end(self, start: float, longest: float) -> float:
         """First time after `start` at which a margin is negative, or `longest`.
 
-        No event is missed: the second derivative of a margin is at most the sum of its
-        amplitudes times nu^2, so an interval can be ruled out by its ends. What is left is
-        divided until a dip in between is below round-off.
+        No event is missed: the second derivative of a margin is at most the sum b of its
+        amplitudes times nu^2, so a margin m of rate m' stays above m + m' s - b s^2 / 2. Each step
+        leads to where the first of these parabolas ends; near an event they are Newton's, taken
+        from the safe side.
         """
-        amplitude = np.abs(self.stage.margin_shape) * np.hypot(self.cosine, self.sine)
-        size = np.maximum(amplitude.sum(axis=1) + np.abs(self.stage.margin_rest), self.stage.size)
-        size = np.maximum(size, np.finfo(float).tiny)
-        bend = amplitude @ self.stage.nu**2
-        search = _Search(self, bend / 8, _ROUND_OFF * size)
-        fastest = float(np.sqrt((bend / size).max()))
-        window = _INTERVALS * _FIRST_STEP / fastest if fastest > 0 else longest
-        while start < longest:
-            end = min(start + window, longest)
-            found = search.first(start, end, _INTERVALS)
-            if found is not None:
-                return found
-            start = end
+        stage, points = self.stage, len(self.stage.size)
+        bounds = stage.bounds @ np.abs(self.amplitude)
+        size, bend = bounds[:points] + np.abs(stage.margin_rest), bounds[points:]
+        tolerance = _ROUND_OFF * np.maximum(np.maximum(size, stage.size), _TINY)
+        bend = np.maximum(bend, _TINY)
+        level, twice, frequency = stage.margin_rest + tolerance, 2 * bend, 1j * stage.nu
+        time = start
+        while time < longest:
+            wave = self.amplitude * np.exp(time * frequency)
+            left = stage.margin_shape @ wave.real + level
+            rates = stage.margin_rate @ wave.imag
+            if time == start and left.min() <= 0:
+                return start
+            root = np.sqrt(np.maximum(rates * rates + twice * left, 0.0))
+            step = float(np.minimum.reduce((rates + root) / bend))
+            if step <= _ARRIVED * time:
+                return time
+            time += step
         return longest
-
-
-@dataclass(frozen=True, slots=True)
-class _Search:
-    """Search for the first negative margin.
-
-    Attributes:
-        motion: The motion.
-        dip: Largest dip below a chord, over the square of its length, shape (n_c,).
-        tolerance: Margins above minus this are not negative, shape (n_c,).
-    """
-
-    motion: StageMotion
-    dip: Array
-    tolerance: Array
-
-    def first(self, start: float, end: float, parts: int) -> float | None:
-        """Time of the first event between two times, or None."""
-        times = np.linspace(start, end, parts + 1)
-        margins = self.motion.margins(times)
-        dip = self.dip * ((end - start) / parts) ** 2
-        lowest = np.minimum(margins[:-1], margins[1:]) - dip
-        suspect = lowest < -self.tolerance
-        for interval in np.flatnonzero(suspect.any(axis=1)):
-            points = suspect[interval]
-            left, right = float(times[interval]), float(times[interval + 1])
-            if np.all(dip[points] <= self.tolerance[points] / 4) or right - left <= 1e-15 * right:
-                ends = margins[interval : interval + 2, points]
-                return left + (right - left) * _crossing(ends)
-            found = self.first(left, right, _PARTS)
-            if found is not None:
-                return found
-        return None
-
-
-def _crossing(ends: Array) -> float:
-    """Where the first of some straight lines from ends[0] to ends[1] crosses zero, 0 to 1."""
-    before, after = np.maximum(ends[0], 0.0), ends[1]
-    falls = after < 0
-    if not falls.any():
-        return 0.0
-    return float((before[falls] / (before[falls] - after[falls])).min())

@@ -13,6 +13,8 @@ _TOLERANCE, _RESTARTS = 1e-10, 200
 def eigenproblem(solid: Solid, prefix: str) -> SLEPc.EPS:
     """Shift-invert Krylov-Schur about zero; the linear solver is the caller's to choose.
 
+    PETSc options of the user win.
+
     Args:
         solid: Assembled body.
         prefix: Prefix of its PETSc options.
@@ -25,4 +27,5 @@ def eigenproblem(solid: Solid, prefix: str) -> SLEPc.EPS:
     eps.setTarget(0.0)
     eps.getST().setType(SLEPc.ST.Type.SINVERT)
     eps.setTolerances(_TOLERANCE, _RESTARTS)
+    eps.setFromOptions()
     return eps

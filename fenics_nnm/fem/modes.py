@@ -12,8 +12,9 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ConvergenceError, ModelError
 from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.eigenproblem import eigenproblem
-from fenics_nnm.fem.factorisation import factorise, reason, use_mumps
+from fenics_nnm.fem.factorisation import factorise, use_mumps
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
+from fenics_nnm.fem.parallel import all_arrive
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import LinearModes, counting_shift
 
@@ -41,8 +42,11 @@ class ModalSolver:
         self._solid = solid
         clamped = int(np.count_nonzero(solid.clamped < solid.owned))
         self.free = solid.dofs - int(solid.mass.comm.tompi4py().allreduce(clamped))
+        self._apart = solid.tagged.mesh.comm.Dup()
         self._eps = eigenproblem(solid, "nnm_")
-        use_mumps(self._eps.getST().getKSP())
+        self._ksp = self._eps.getST().getKSP()
+        self._ksp.setOperators(solid.stiffness)  # which shift-invert about zero keeps
+        use_mumps(self._ksp)
 
     def __enter__(self) -> ModalSolver:
         """Enter the context."""
@@ -54,8 +58,10 @@ class ModalSolver:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Free the factorisation."""
-        self._eps.destroy()
+        """Free the factorisation, if all ranks are there to do so."""
+        if error is None or all_arrive(self._apart):
+            self._eps.destroy()
+            self._apart.Free()
 
     def modes(self, count: int) -> LinearModes:
         """The `count` lowest modes, with a check that none was missed.
@@ -67,7 +73,11 @@ class ModalSolver:
         if count > self.free:
             raise ModelError(f"reduction.modes = {count}: the mesh has only {self.free} free dofs")
         self._eps.setDimensions(min(count + _SPARE, self.free))
-        self._solve()
+        self._factorise()
+        try:
+            self._eps.solve()
+        except PETSc.Error as error:
+            raise ConvergenceError(f"eigensolver: PETSc error {error.ierr}") from error
         found = self._eps.getConverged()
         if found < min(count + 1, self.free):
             raise ConvergenceError(f"eigensolver: {found} of {count} modes converged")
@@ -89,8 +99,8 @@ class ModalSolver:
         Returns:
             Displacements in m, shape (n_owned, k).
         """
-        self._eps.setUp()
-        return solved(self._eps.getST().getKSP(), forces)
+        self._factorise()
+        return solved(self._ksp, forces)
 
     def fixed_interface_modes(self, forces: Array, attachments: Array, count: int) -> Array:
         """The lowest modes with the contact interface held, from the same factorisation.
@@ -106,16 +116,15 @@ class ModalSolver:
         Raises:
             ConvergenceError: if the eigensolver fails.
         """
-        ksp = self._eps.getST().getKSP()
-        return fixed_interface_modes(self._solid, ksp, forces, attachments, count)
+        return fixed_interface_modes(self._solid, self._ksp, forces, attachments, count)
 
-    def _solve(self) -> None:
+    def _factorise(self) -> None:
         try:
-            self._eps.solve()
-        except PETSc.Error as error:
+            factorise(self._ksp)
+        except ConvergenceError as error:
             raise ModelError(
                 "the stiffness cannot be factorised: rigid-body modes (is the body clamped?), "
-                f"or no memory ({reason(self._eps.getST().getKSP(), error)})"
+                f"or no memory ({error})"
             ) from error
 
     def _check_rigid(self, squared: Array) -> None:

@@ -14,15 +14,16 @@ JOURNEYS := results/journeys
 ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.png \
     frequency_gamma.png frequency_amplitude.png contact_map.png distance_map.png \
     contact_force.png contact_duration.png phase_contact.png orbit.png certificate.png \
-    multipliers.png
+    multipliers_plane.png multipliers.png
 
-.PHONY: help demo pictures journeys kinds test lint clean distclean verify verify-studies \
+.PHONY: help demo pictures journeys kinds test test-next lint clean distclean verify verify-studies \
     verify-random verify-viewers look image image-check
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
 	@echo 'make pictures     make all pictures of the docs anew, in $(PICTURES)'
 	@echo 'make test         run the tests and the checks of the source'
+	@echo 'make test-next    run the tests with the packages of Debian unstable'
 	@echo 'make verify       run the slow studies of docs/verification.md'
 	@echo 'make look         look at reports in a browser, at the widths of a desktop and of a telephone'
 	@echo 'make lint         run only the checks of the source'
@@ -64,14 +65,22 @@ journeys:
 
 # The gallery's bodies of other kinds; `journeys` leaves the results of demos/step.
 kinds: journeys
-	$(RUN) python3 demos/six_geometries.py fork shroud
-	for folder in step/results/blade fork/results/fork shroud/results/shroud; do \
+	$(RUN) python3 demos/six_geometries.py inp shroud sector rotor67 fork
+	for folder in step/results/blade inp/results/bracket shroud/results/shroud \
+	    sector/results/sector rotor67/results/rotor67 fork/results/fork; do \
 	    cp demos/$$folder/pictures/mode_shapes.png \
 	        $(PICTURES)/$${folder%%/*}_mode_shapes.png || exit; done
+	cp demos/sector/results/groups.png $(PICTURES)/sector_groups.png
+	cp demos/rotor67/results/rotor67/pictures/frequency_gamma.png \
+	    $(PICTURES)/rotor67_frequency_gamma.png
 
 test:
 	$(RUN) python3 -m pytest -q -n auto --dist worksteal tests
 	$(MAKE) lint
+
+# With the newest dolfinx that Debian has.
+test-next:
+	environment/run --next python3 -m pytest -q -n auto --dist worksteal tests
 
 # Three parts, side by side with "make -j 2 verify". Tables go into docs/verification.md.
 verify: verify-studies verify-random verify-viewers

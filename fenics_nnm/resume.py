@@ -74,12 +74,12 @@ def stored_run(folder: Path, stopped: tuple[Stopped, ...], text: str) -> StoredR
     return None
 
 
-def assert_nobody_runs(folder: Path, *, but: Path) -> None:
-    """Refuse to take over points in a folder where a run is going on.
+def assert_nobody_runs(folder: Path, *, but: Path | None = None) -> None:
+    """Refuse to begin, or to take over points, in a folder where a run is going on.
 
     Args:
         folder: Results folder.
-        but: Folder of the run that asks.
+        but: Folder of the run that asks, if it has one already.
 
     Raises:
         StudyError: if there is another run.

@@ -32,7 +32,7 @@ def exact_frequency(energy: float) -> float:
 
 
 def worst_error(harmonics: int) -> float:
-    """Worst relative frequency error over energies 1.02 to 100 times grazing."""
+    """Worst relative frequency error over energies 1.02 to 100 times that of first contact."""
     model = ReducedModel([np.sqrt(SPRING / MASS)], [[MASS**-0.5]], [[1 / STOP]], [GAP])
     near = (1.02, 1.03, 1.05, 1.1, 1.2, 1.35)
     energies = EnergyContinuation(1.01, 60.0, 0.5, report_at=near)
@@ -55,7 +55,7 @@ def worst_error(harmonics: int) -> float:
 
 # %%
 def automatic_study(folder: Path, tolerance: float) -> Study:
-    """A study from just above grazing to 100 times its energy; its matrices go to `folder`."""
+    """A study from first contact to 100 times its energy; its matrices go to `folder`."""
     K = np.array([[SPRING + STOP, -STOP], [-STOP, STOP]])
     np.savez(folder / "oscillator.npz", K=K, M=np.diag([MASS, 0.0]), B=np.array([[0.0, 1.0]]))
     near = [1.001, 1.002, 1.005, 1.01, 1.02, 1.03, 1.05, 1.1, 1.15, 1.2, 1.35, 1.7]

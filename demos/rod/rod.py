@@ -70,7 +70,7 @@ assert within >= 12
 assert max(map(abs, error.values())) < 0.03
 
 # %% [markdown]
-# All energies beyond grazing have a point. Those inside an internal resonance are marked.
+# All energies beyond first contact have a point. Those inside an internal resonance are marked.
 
 # %%
 beyond = [point for point in points if point.gamma_ratio > 1.01]
@@ -79,7 +79,7 @@ missed = np.abs(np.array([point.frequency_ratio for point in beyond]) / exact - 
 trusted = np.array([point.status in ("verified", "converged") for point in beyond])
 unmarked, marked = missed[trusted], missed[~trusted]
 print(
-    f"docs: rod_marks\n{len(beyond)} points beyond grazing up to a gamma ratio of "
+    f"docs: rod_marks\n{len(beyond)} points beyond first contact up to a gamma ratio of "
     f"{beyond[-1].gamma_ratio:g}. {len(marked)} are marked, {marked.min():.2%} to "
     f"{marked.max():.2%} off; the others are within {unmarked.max():.2%} of the exact frequency, "
     f"{np.median(unmarked):.2%} in the median.\n"
@@ -106,7 +106,8 @@ plot_backbone(
 )
 
 # %% [markdown]
-# Phase space: below grazing all nodes move in proportion, beyond it the invariant manifold bends.
+# Phase space: below first contact all nodes move in proportion, beyond it the invariant manifold
+# bends.
 
 # %%
 ENERGIES = {"paper": (0.7, 0.9, 1.2, 1.5, 1.8), "fine": (0.7, 0.9, 1.2, 1.4, 1.8)}

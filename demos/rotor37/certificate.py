@@ -26,7 +26,7 @@ branch = nonlinear_mode(study, linear_analysis(study, MPI.COMM_SELF))
 
 # %%
 print(
-    "docs: rotor37_motions\n| gamma ratio | frequency (Hz) | status | return error, 1 period "
+    "| gamma ratio | frequency (Hz) | status | return error, 1 period "
     "| 10 periods | of the shot motion | energy drift |\n|---|---|---|---|---|---|---|"
 )
 for point in branch.points:

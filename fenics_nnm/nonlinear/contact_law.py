@@ -27,13 +27,21 @@ class ContactForces:
         force: lambda >= 0, shape (s, n_c).
         samples: Indices of the samples with contact, shape (s_a,).
         points: Indices of the points in contact at each of these, padded, shape (s_a, k).
-        slope: d lambda / d (Phi q) among these points, zero in the padding, shape (s_a, k, k).
+        used: Which of them are no padding, shape (s_a, k).
+        flexibility: d (Phi q) / d lambda among these points, a multiple of the identity in the
+            padding, shape (s_a, k, k).
     """
 
     force: Array
     samples: Indices
     points: Indices
-    slope: Array
+    used: NDArray[np.bool_]
+    flexibility: Array
+
+    @property
+    def slope(self) -> Array:
+        """D lambda / d (Phi q) among the points in contact, 0 in the padding, (s_a, k, k)."""
+        return np.linalg.inv(self.flexibility) * (self.used[:, :, None] & self.used[:, None, :])
 
     def change(self, moved: Array) -> Array:
         """Change of the forces under small changes of Phi q, both of shape (s, n_c)."""
@@ -49,8 +57,15 @@ class ContactForces:
 class ContactLaw(Protocol):
     """What the harmonic equations ask of a law."""
 
-    def __call__(self, free_displacement: Array) -> ContactForces:
-        """Forces that belong to free displacements Phi q of shape (s, n_c)."""
+    def __call__(
+        self, free_displacement: Array, near: ContactForces | None = None
+    ) -> ContactForces:
+        """Forces that belong to free displacements Phi q of shape (s, n_c).
+
+        Args:
+            free_displacement: Phi q.
+            near: Forces of a motion nearby, which may help to find them sooner.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,34 +87,38 @@ class Complementarity:
     R: Array
     gap: Array
 
-    def __call__(self, free_displacement: Array) -> ContactForces:
-        """Forces and derivative at free displacements Phi q of shape (s, n_c)."""
+    def __call__(
+        self, free_displacement: Array, near: ContactForces | None = None
+    ) -> ContactForces:
+        """Forces and derivative at free displacements Phi q of shape (s, n_c).
+
+        Args:
+            free_displacement: Phi q.
+            near: Forces of a motion nearby: their points in contact are tried first.
+        """
         excess = free_displacement - self.gap
-        active = excess > 0
-        pending = np.flatnonzero(active.any(axis=1))
+        pushed = excess > 0
+        pending = np.flatnonzero(pushed.any(axis=1))
+        force = np.zeros_like(excess)
+        active = pushed if near is None else near.force > 0
         for _ in range(_ACTIVE_SET_ROUNDS):
             if not pending.size:
                 break
-            chosen = active[pending]
-            force = _solve_on(self.R, excess[pending], chosen)
-            updated = np.where(chosen, force > 0, excess[pending] - force @ self.R > 0)
-            active[pending] = updated
+            chosen, at = active[pending], excess[pending]
+            found = _solve_on(self.R, at, chosen)
+            updated = np.where(chosen, found > 0, at - found @ self.R > 0)
+            force[pending], active[pending] = found, updated
             pending = pending[(updated != chosen).any(axis=1)]
         for sample in pending:
-            active[sample] = _least_squares_active_set(self.R, excess[sample])
-        return self._on_active_set(excess, active)
+            chosen = _least_squares_active_set(self.R, excess[sample])[None]
+            force[sample] = np.maximum(_solve_on(self.R, excess[[sample]], chosen), 0.0)
+        return self._with_flexibility(force)
 
-    def _on_active_set(self, excess: Array, active: NDArray[np.bool_]) -> ContactForces:
+    def _with_flexibility(self, force: Array) -> ContactForces:
+        active = force > 0
         samples = np.flatnonzero(active.any(axis=1))
         points, used = compressed(active[samples])
-        slope = np.linalg.inv(_submatrices(self.R, points, used))
-        slope *= used[:, :, None] & used[:, None, :]
-        local = np.einsum("skl,sl->sk", slope, np.take_along_axis(excess[samples], points, 1))
-        force = np.zeros_like(excess)
-        local_force = np.zeros((len(samples), excess.shape[1]))
-        np.put_along_axis(local_force, points, np.where(used, np.maximum(local, 0.0), 0.0), 1)
-        force[samples] = local_force
-        return ContactForces(force=force, samples=samples, points=points, slope=slope)
+        return ContactForces(force, samples, points, used, _submatrices(self.R, points, used))
 
 
 def compressed(active: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:

@@ -76,6 +76,11 @@ class Series(ABC):
     def rotation(self) -> Array:
         """Derivative by the phase as a matrix on the coefficients, shape (c, c)."""
 
+    @property
+    @abstractmethod
+    def images(self) -> tuple[int, ...]:
+        """Signs of the samples at which the motion of a sample kept is repeated in the period."""
+
     @abstractmethod
     def interpolated(self, values: Array, phase: Array) -> Array:
         """Values at phases of a period, linear between those at the samples, (len(phase), n)."""
@@ -119,6 +124,11 @@ class CosineSeries(Series):
     def rotation(self) -> Array:
         """Coefficients of the derivative by the phase: it has none, being sines."""
         raise TypeError("a cosine series has no derivative of its own kind")
+
+    @property
+    def images(self) -> tuple[int, ...]:
+        """Signs of the samples at which the motion of a sample kept is repeated in the period."""
+        return 1, -1
 
     def interpolated(self, values: Array, phase: Array) -> Array:
         """Values at phases of a period, linear between those at the samples, (len(phase), n)."""
@@ -169,6 +179,11 @@ class FourierSeries(Series):
             rotation[n, N + n] = n
             rotation[N + n, n] = -n
         return rotation
+
+    @property
+    def images(self) -> tuple[int, ...]:
+        """Signs of the samples at which the motion of a sample kept is repeated in the period."""
+        return (1,)
 
     def interpolated(self, values: Array, phase: Array) -> Array:
         """Values at phases of a period, linear between those at the samples, (len(phase), n)."""

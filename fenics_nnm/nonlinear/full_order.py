@@ -78,9 +78,11 @@ class FullOrderEquations:
         """The unknowns: at full order gaps are positive, and nothing is displaced at rest."""
         return unknowns
 
-    def forces(self, unknowns: Array, omega: float) -> ContactForces:
-        """Contact forces at the samples."""
-        return self.reduced.law(self.series.synthesis @ self.free_harmonics(unknowns, omega))
+    def forces(
+        self, unknowns: Array, omega: float, near: ContactForces | None = None
+    ) -> ContactForces:
+        """Contact forces at the samples; those of a motion nearby may help."""
+        return self.reduced.law(self.series.synthesis @ self.free_harmonics(unknowns, omega), near)
 
     def residual(
         self, unknowns: Array, omega: float, forces: ContactForces, drift: float = 0.0

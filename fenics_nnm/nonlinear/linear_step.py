@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.contact_law import ContactForces
 from fenics_nnm.nonlinear.mode import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Unknowns, bordered_jacobian, phase_row
+from fenics_nnm.nonlinear.newton import FixedEnergy, Unknowns, bordered_solution, phase_row
 
 
 def linear_step(
@@ -30,12 +28,8 @@ def linear_step(
     q, omega = at.q, at.omega
     gamma = equations.gamma(q, omega)
     phase = phase_row(equations, q)
-    matrix = bordered_jacobian(equations, FixedEnergy(gamma), at, forces, phase)
-    right = np.append((left_out / equations.row_scale(omega)).ravel(), gamma_left_out / gamma)
-    if equations.series.free_phase:
-        right = np.append(right, 0.0)
-    try:
-        step = -np.linalg.solve(matrix, right)
-    except np.linalg.LinAlgError:
-        return None
-    return Unknowns(step[: q.size].reshape(q.shape), float(step[q.size]))
+    constraint = FixedEnergy(gamma)
+    step = bordered_solution(
+        equations, constraint, at, forces, phase, left_out, gamma_left_out / gamma
+    )
+    return None if step is None else Unknowns(-step.q, -step.omega)

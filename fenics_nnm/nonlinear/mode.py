@@ -114,9 +114,9 @@ class HarmonicEquations:
         """Harmonics of the free displacement Phi q of the contact points, shape (N + 1, n_c)."""
         return q @ self.model.Phi.T
 
-    def forces(self, q: Array, omega: float) -> ContactForces:
-        """Contact forces at the samples of the motion q."""
-        return self.law(self.series.synthesis @ self.free_harmonics(q, omega))
+    def forces(self, q: Array, omega: float, near: ContactForces | None = None) -> ContactForces:
+        """Contact forces at the samples of the motion q; those of a motion nearby may help."""
+        return self.law(self.series.synthesis @ self.free_harmonics(q, omega), near)
 
     def dynamic_stiffness(self, omega: float) -> Array:
         """omega_j^2 - n^2 omega^2, shape (N + 1, J)."""

@@ -8,9 +8,10 @@ from typing import Protocol
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.condensed import Border, condensed_solution, pays
 from fenics_nnm.nonlinear.contact_law import ContactForces
 from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.mode import Energies
+from fenics_nnm.nonlinear.mode import Energies, HarmonicEquations
 
 
 class Constraint(Protocol):
@@ -193,6 +194,64 @@ def bordered_jacobian(
     return matrix
 
 
+def bordered_solution(
+    equations: Equations,
+    constraint: Constraint,
+    at: Unknowns,
+    forces: ContactForces,
+    phase: Array,
+    residual: Array,
+    violation: float,
+) -> Unknowns | None:
+    """The unknowns that the bordered Jacobian takes to a residual; None where it is singular.
+
+    Args:
+        equations: Harmonic equations.
+        constraint: Constraint.
+        at: Where to differentiate.
+        forces: Contact forces there.
+        phase: As for `bordered_jacobian`.
+        residual: Left-hand sides of the equations, shape of q.
+        violation: Left-hand side of the constraint; that of a phase condition is zero.
+    """
+    below = np.array([violation, 0.0] if phase.size else [violation])
+    try:
+        if isinstance(equations, HarmonicEquations) and pays(equations, forces):
+            border = _border(equations, constraint, at, forces, phase, residual, below)
+            solved = condensed_solution(equations, at.omega, forces, border, at.drift)
+        else:
+            matrix = bordered_jacobian(equations, constraint, at, forces, phase)
+            scaled = (residual / equations.row_scale(at.omega)).ravel()
+            solved = np.linalg.solve(matrix, np.concatenate([scaled, below]))
+    except np.linalg.LinAlgError:
+        return None
+    if not np.all(np.isfinite(solved)):
+        return None
+    size = at.q.size
+    drift = float(solved[size + 1]) if phase.size else 0.0
+    return Unknowns(solved[:size].reshape(at.q.shape), float(solved[size]), drift)
+
+
+def _border(
+    equations: HarmonicEquations,
+    constraint: Constraint,
+    at: Unknowns,
+    forces: ContactForces,
+    phase: Array,
+    residual: Array,
+    below: Array,
+) -> Border:
+    """What borders the Jacobian of the equations, as in `bordered_jacobian`."""
+    columns = [equations.frequency_column(at.q, at.omega, forces)]
+    by_q, by_omega = constraint.gradient(equations, at.q, at.omega)
+    rows, corner = [by_q], np.zeros((len(below), len(below)))
+    corner[0, 0] = by_omega
+    if phase.size:
+        columns.append(equations.drift_column(at.q))
+        rows.append(phase.reshape(at.q.shape))
+    return Border(np.array(columns), np.array(rows), corner, residual, below)
+
+
 @dataclass(frozen=True, slots=True)
 class _Iteration:
     equations: Equations
@@ -217,7 +276,7 @@ class _Iteration:
                 break
             if better is None and leaps < self.options.leaps:
                 leaps += 1
-                better = self.evaluated(trial.at.moved(step, 1.0))
+                better = self.evaluated(trial.at.moved(step, 1.0), trial.forces)
             if better is None:
                 failure = "the line search stalled"
                 break
@@ -233,8 +292,8 @@ class _Iteration:
             failure=f"{failure} (residual {trial.relative:.1e})" if failure else "",
         )
 
-    def evaluated(self, at: Unknowns) -> _Trial:
-        forces = self.equations.forces(at.q, at.omega)
+    def evaluated(self, at: Unknowns, near: ContactForces | None = None) -> _Trial:
+        forces = self.equations.forces(at.q, at.omega, near)
         residual = self.equations.residual(at.q, at.omega, forces, at.drift)
         return _Trial(
             at=at,
@@ -246,39 +305,32 @@ class _Iteration:
 
     def bounded_step(self, trial: _Trial) -> Unknowns | None:
         """Newton's step, shortened to the largest step allowed; None where it has no solution."""
-        try:
-            matrix = bordered_jacobian(
-                self.equations, self.constraint, trial.at, trial.forces, self.phase
-            )
-            step = -np.linalg.solve(matrix, self.right_hand_side(trial))
-        except np.linalg.LinAlgError:
+        solved = bordered_solution(
+            self.equations,
+            self.constraint,
+            trial.at,
+            trial.forces,
+            self.phase,
+            trial.residual,
+            trial.constraint,
+        )
+        if solved is None:
             return None
-        if not np.all(np.isfinite(step)):
-            return None
-        size = trial.at.q.size
-        motion, frequency = step[:size].reshape(trial.at.q.shape), float(step[size])
         size_of_motion = float(np.linalg.norm(self.equations.motion(trial.at.q)))
         longest = self.options.largest_motion_step * size_of_motion
         widest = self.options.largest_frequency_step * trial.at.omega
         shrink = min(
             1.0,
-            widest / max(abs(frequency), 1e-300),
-            longest / max(float(np.linalg.norm(motion)), 1e-300),
+            widest / max(abs(solved.omega), 1e-300),
+            longest / max(float(np.linalg.norm(solved.q)), 1e-300),
         )
-        drift = float(step[size + 1]) if len(step) > size + 1 else 0.0
-        return Unknowns(shrink * motion, shrink * frequency, shrink * drift)
-
-    def right_hand_side(self, trial: _Trial) -> Array:
-        """Equations, constraint and, in a general series, the phase."""
-        scale = self.equations.row_scale(trial.at.omega)
-        right = np.append((trial.residual / scale).ravel(), trial.constraint)
-        return np.append(right, 0.0) if self.equations.series.free_phase else right
+        return Unknowns(-shrink * solved.q, -shrink * solved.omega, -shrink * solved.drift)
 
     def line_search(self, trial: _Trial, step: Unknowns) -> _Trial | None:
         """The longest of the fractions 1, 1/2, 1/4 ... that lowers the merit, or None."""
         fraction = 1.0
         while fraction >= self.options.shortest_fraction:
-            candidate = self.evaluated(trial.at.moved(step, fraction))
+            candidate = self.evaluated(trial.at.moved(step, fraction), trial.forces)
             if candidate.merit < (1 - 1e-4 * fraction) * trial.merit:
                 return candidate
             fraction /= 2

@@ -27,16 +27,17 @@ class AugmentedLagrangian:
     kappa: Array
     theta: Array
 
-    def __call__(self, free_displacement: Array) -> ContactForces:
-        """Forces and derivative at displacements Phi q of shape (s, n_c)."""
+    def __call__(
+        self, free_displacement: Array, near: ContactForces | None = None
+    ) -> ContactForces:
+        """Forces and derivative at displacements Phi q of shape (s, n_c); needs no forces near."""
         shifted = free_displacement - self.gap + self.theta
-        active = shifted > 0
+        force = self.kappa * np.maximum(shifted, 0.0)
+        active = force > 0
         samples = np.flatnonzero(active.any(axis=1))
         points, used = compressed(active[samples])
-        stiffness = np.where(used, np.take_along_axis(self.kappa[samples], points, 1), 0.0)
+        stiffness = np.take_along_axis(np.broadcast_to(self.kappa, force.shape)[samples], points, 1)
+        flexibility = np.where(used, 1 / np.where(used, stiffness, 1.0), 1.0)
         return ContactForces(
-            force=self.kappa * np.maximum(shifted, 0.0),
-            samples=samples,
-            points=points,
-            slope=stiffness[:, :, None] * np.eye(points.shape[1]),
+            force, samples, points, used, flexibility[:, :, None] * np.eye(points.shape[1])
         )

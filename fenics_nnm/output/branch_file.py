@@ -20,8 +20,9 @@ Layout (SI units):
                          matrices: u = shapes^T q - residual_shapes^T lambda
     /inertia/000000 ...  harmonics in m, (N + 1, nodes, dim), of the displacement that full order
                          adds to the point at the attribute position, if it has ParaView files
-    /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
-                         attributes: scalars of the point; by position
+    /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c), multipliers
+                         (2 J - 2, complex; none if not known); attributes: scalars of the point;
+                         by position
 
 The file of a finished run has all of this. While a run goes on, and after it was killed, points
 are in the folder `branch.points` beside it (see `journal`), and `read` looks there. In the end it
@@ -52,7 +53,7 @@ from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.resolution.resolution import Resolution
 
-FORMAT = "fenics_nnm branch 5"
+FORMAT = "fenics_nnm branch 6"
 
 #: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
 _OVERHEAD, _ONCE = 8192, 32768

@@ -161,7 +161,7 @@ def stopped_runs(folder: Path) -> tuple[Stopped, ...]:
     return tuple(found)
 
 
-def living_run(folder: Path, *, but: Path) -> tuple[Path, str] | None:
+def living_run(folder: Path, *, but: Path | None = None) -> tuple[Path, str] | None:
     """Folder and owner of a run in a results folder, other than that in `but`; none if none is."""
     for path in running_folders(folder):
         if path != but and owner.standing(path) is Standing.LIVING:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 
 from fenics_nnm.study.leaves import leaves
@@ -26,12 +28,17 @@ def input_digests(study: Study) -> dict[str, str]:
     """
     found = {}
     for key, path in input_files(study).items():
-        try:
-            with path.open("rb") as file:
-                found[key] = hashlib.file_digest(file, "sha256").hexdigest()
-        except OSError:
-            continue
+        with suppress(OSError):
+            status = path.stat()
+            found[key] = _digest(path.absolute(), (status.st_mtime_ns, status.st_size))
     return found
+
+
+@lru_cache(maxsize=128)
+def _digest(path: Path, stamp: tuple[int, int]) -> str:
+    """Digest of a file; `stamp` is another one when the file has changed."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _paths(section: str, values: object) -> Iterator[tuple[str, Path]]:

@@ -58,7 +58,7 @@ def settings_from(text: str) -> tuple[Setting, ...]:
     key = key.strip()
     if not equals or not key or not values.strip():
         raise StudyError(f"--set {text}: must be KEY=VALUE, or KEY=VALUE,VALUE,...")
-    _parts(key)
+    parts_of(key)
     return tuple(Setting(key, value_from(item, key)) for item in _items(values))
 
 
@@ -78,6 +78,29 @@ def value_from(text: str, key: str) -> Any:
             f"{key} = {shown(text)}: must be a value of TOML: a number, a text in quotes, "
             "true or false, or [a, list]"
         ) from error
+
+
+def parts_of(key: str) -> list[tuple[str, int | None]]:
+    """Names of a key, each with the number of one of several sections, from 1.
+
+    Raises:
+        StudyError: if it is not names with dots in between.
+    """
+    found: list[tuple[str, int | None]] = []
+    end = 0
+    for match in _PART.finditer(key):
+        between = key[end : match.start()]
+        if between != ("." if found else ""):
+            break
+        bare, quoted, number = match.groups()
+        found.append((bare or quoted, int(number) if number else None))
+        end = match.end()
+    if end != len(key):
+        raise StudyError(
+            f"{key}: is no key: must be names with dots in between, and a number in brackets for "
+            "one of several sections, as in contact.gap or contact.patch[2].gap"
+        )
+    return found
 
 
 def with_settings(values: dict[str, Any], settings: Iterable[Setting]) -> dict[str, Any]:
@@ -120,27 +143,8 @@ def shown_settings(settings: Iterable[Setting]) -> str:
     return ", ".join(f"{setting.key} = {shown(setting.value)}" for setting in settings)
 
 
-def _parts(key: str) -> list[tuple[str, int | None]]:
-    """Names of a key, each with the number of one of several sections, from 1."""
-    found: list[tuple[str, int | None]] = []
-    end = 0
-    for match in _PART.finditer(key):
-        between = key[end : match.start()]
-        if between != ("." if found else ""):
-            break
-        bare, quoted, number = match.groups()
-        found.append((bare or quoted, int(number) if number else None))
-        end = match.end()
-    if end != len(key):
-        raise StudyError(
-            f"{key}: is no key: must be names with dots in between, and a number in brackets for "
-            "one of several sections, as in contact.gap or contact.patch[2].gap"
-        )
-    return found
-
-
 def _set(values: dict[str, Any], setting: Setting) -> None:
-    *sections, (last, number) = _parts(setting.key)
+    *sections, (last, number) = parts_of(setting.key)
     if number is not None:
         raise StudyError(f"{setting.key}: names a section: must name one of its keys")
     place = ""

@@ -104,7 +104,7 @@ def _force(results: Results) -> list[Plot]:
     for point, (time, _), force, colour in zip(
         chosen, periods, forces, shades(len(chosen)), strict=True
     ):
-        name = f"{point.gamma_ratio:g}"
+        name = f"{point.gamma_ratio:.4g}"
         axes.plot(time, unit.factor * force, color=colour, lw=1.2, label=name)
     legend_below(figure, axes, 3, "gamma ratio  (1)")
     caption = (
@@ -185,7 +185,7 @@ def _label_map(axes: Axes, point: BranchPoint, *, last: bool) -> None:
     label(axes, TIME if last else "", "contact point  (1)")
     axes.grid(visible=False)
     axes.set_title(
-        f"gamma ratio {point.gamma_ratio:g}, {point.frequency:.5g} Hz",
+        f"gamma ratio {point.gamma_ratio:.4g}, {point.frequency:.5g} Hz",
         fontsize=8.5,
     )
 

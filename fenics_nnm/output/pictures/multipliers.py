@@ -1,0 +1,111 @@
+"""Floquet multipliers of the motions of a branch: where they are, and how large they get."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+
+from fenics_nnm.arrays import Array, Complex
+from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.output.pictures.style import (
+    AMOUNT,
+    BLUE,
+    GAMMA,
+    GREY,
+    Plot,
+    label_bar,
+    legend_below,
+    new_axes,
+    new_figure,
+)
+
+#: Multipliers up to this modulus need no logarithmic axis, and have their place in the plane.
+_NEAR = 2.0
+
+#: The plane is shown up to this modulus, or a little farther than the largest multiplier in it.
+_PLANE, _ROOM = 1.15, 1.08
+
+
+def multiplier_plots(results: Results) -> list[Plot]:
+    """Multipliers in the complex plane and the largest over energy; nothing if none is known."""
+    return [*_in_the_plane(results), *_largest(results)]
+
+
+def _in_the_plane(results: Results) -> list[Plot]:
+    """All multipliers with the unit circle, coloured by the gamma ratio."""
+    counts = [len(point.multipliers) for point in results.points]
+    if not any(counts):
+        return []
+    multipliers = np.concatenate([point.multipliers for point in results.points])
+    ratios = np.repeat(results.ratios, counts)
+    beyond = np.abs(multipliers) > _NEAR
+    figure = new_figure(4.2)
+    axes = new_axes(figure, "real part of the multiplier  (1)", "imaginary part  (1)")
+    turn = np.linspace(0, 2 * np.pi, 361)
+    axes.plot(np.cos(turn), np.sin(turn), color=GREY, lw=1, label="unit circle: stable")
+    norm = Normalize(*_ends(results.ratios))
+    edge = _NEAR if beyond.any() else max(_PLANE, _ROOM * float(np.abs(multipliers).max()))
+    _dots(axes, multipliers[~beyond], ratios[~beyond], norm, "o", "multiplier")
+    at_edge = edge * multipliers[beyond] / np.abs(multipliers[beyond])
+    _dots(axes, at_edge, ratios[beyond], norm, "^", f"modulus above {_NEAR:g}, in its direction")
+    axes.set(xlim=(-_ROOM * edge, _ROOM * edge), ylim=(-_ROOM * edge, _ROOM * edge), aspect="equal")
+    bar = figure.colorbar(ScalarMappable(norm, AMOUNT), ax=axes, shrink=0.9)
+    label_bar(bar, GAMMA)
+    legend_below(figure, axes)
+    missing = counts.count(0)
+    caption = (
+        "Floquet multipliers (no unit) of the exact motion near each point, coloured by the gamma "
+        "ratio; the two that are always 1 are left out. They come as mu, 1/mu and their conjugates:"
+        " a motion is stable if all are on the unit circle."
+        + (_told_beyond(multipliers, beyond) if beyond.any() else "")
+        + (f" Not known at {missing} of {len(counts)} points." if missing else "")
+    )
+    title = "Floquet multipliers in the complex plane"
+    return [Plot("multipliers_plane", title, caption, "accuracy", figure)]
+
+
+def _ends(ratios: Array) -> tuple[float, float]:
+    """Lowest and highest gamma ratio, which differ."""
+    low, high = float(ratios.min()), float(ratios.max())
+    return low, high if high > low else low + 1
+
+
+def _dots(
+    axes: Axes, places: Complex, ratios: Array, norm: Normalize, marker: str, name: str
+) -> None:
+    if len(places):
+        axes.scatter(places.real, places.imag, c=ratios, cmap=AMOUNT, norm=norm, marker=marker,
+                     s=14, linewidths=0, label=name, zorder=3)  # fmt: skip
+
+
+def _told_beyond(multipliers: Complex, beyond: Array) -> str:
+    moduli = np.abs(multipliers[beyond])
+    return (
+        f" Triangles: {len(moduli)} multipliers with a modulus from {moduli.min():.3g} to "
+        f"{moduli.max():.3g}, drawn at {_NEAR:g} in their direction."
+    )
+
+
+def _largest(results: Results) -> list[Plot]:
+    largest = np.array([point.largest_multiplier for point in results.points])
+    if not np.isfinite(largest).any():
+        return []
+    figure = new_figure(3.0)
+    axes = new_axes(figure, GAMMA, "largest multiplier, modulus  (1)")
+    axes.plot(results.ratios, largest, "o-", ms=3.5, lw=1, color=BLUE, label="exact motion nearby")
+    axes.axhline(1, color=GREY, lw=1, ls="--", label="stable: on the unit circle")
+    if np.nanmax(largest) > _NEAR:
+        axes.set_yscale("log")
+    else:
+        axes.set_ylim(0.95, max(1.05, 1.02 * np.nanmax(largest)))
+    legend_below(figure, axes)
+    missing = int(np.isnan(largest).sum())
+    caption = (
+        "Largest modulus (no unit) of the Floquet multipliers of the exact motion near each point, "
+        "over the gamma ratio. It is 1 where the motion is stable; small disturbances grow "
+        "by this factor in each period where it is larger."
+        + (f" Not known at {missing} of {len(largest)} points." if missing else "")
+    )
+    return [Plot("multipliers", "Largest Floquet multiplier", caption, "accuracy", figure)]

@@ -27,6 +27,9 @@ SAME_FREQUENCY = 1e-9
 #: These errors are round-off below this.
 ERRORS, ROUND_OFF_ERROR = {"error_remainder", "return_error_10"}, 1e-8
 
+#: Lengths, in m, by which points miss their conditions; they are the same within this.
+LENGTHS, SAME_LENGTH = {"tension_m"}, 1e-12
+
 #: A run on two ranks that share a core takes minutes.
 _SECONDS = 1800.0
 
@@ -138,6 +141,8 @@ def _same(key: str, one: str, two: str) -> bool:
     largest = max(abs(a), abs(b))
     last = Decimal(1).scaleb(min(int(x.as_tuple().exponent) for x in (a, b)))
     allowed = max(last, Decimal(SAME_FREQUENCY) * largest)
+    if key in LENGTHS:
+        allowed = max(allowed, Decimal(SAME_LENGTH))
     return abs(a - b) <= allowed or (key in ERRORS and largest < ROUND_OFF_ERROR)
 
 

@@ -3,7 +3,7 @@
 python3 docs/verification.py SCRIPT [ARGUMENT ...]
 
 Where a script prints a line `docs: NAME`, the lines after it, up to an empty one, take the place of
-those that follow `<!-- docs: NAME -->` in docs/verification.md, up to an empty one. A script that
+those that follow `<!-- docs: NAME -->` in a page of the report, up to an empty one. A script that
 fails leaves the report as it was.
 """
 
@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-REPORT = ROOT / "docs" / "verification.md"
+PAGES = sorted((ROOT / "docs").glob("verification*.md"))
 
 #: Figures that a script prints for the report, and their place there.
 PRINTED = re.compile(r"^docs: (\w+)\n((?:.+\n)+)", re.MULTILINE)
@@ -30,27 +30,33 @@ def printed(lines: Iterable[str]) -> dict[str, str]:
     return dict(PRINTED.findall(text))
 
 
-def renewed(report: str, parts: Mapping[str, str]) -> str:
-    """The report with these parts in their places; a part without a place is a `ValueError`."""
-    missing = parts.keys() - {name for name, _ in PLACE.findall(report)}
-    if missing:
-        raise ValueError(f"docs/verification.md: no place for {', '.join(sorted(missing))}")
+def renewed(page: str, parts: Mapping[str, str]) -> str:
+    """A page of the report with those of the parts that have their places there."""
 
     def part(place: re.Match[str]) -> str:
         name, old = place.groups()
         return f"<!-- docs: {name} -->\n\n{parts.get(name, old)}"
 
-    return PLACE.sub(part, report)
+    return PLACE.sub(part, page)
 
 
 def put(parts: Mapping[str, str]) -> None:
-    """Renew the file; studies that run side by side wait for each other."""
-    with REPORT.open("r+") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        text = renewed(file.read(), parts)
-        file.seek(0)
-        file.write(text)
-        file.truncate()
+    """Renew the pages; studies that run side by side wait for each other.
+
+    Raises:
+        ValueError: if a part has no place.
+    """
+    places: set[str] = set()
+    for path in PAGES:
+        with path.open("r+") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            page = file.read()
+            places |= {name for name, _ in PLACE.findall(page)}
+            file.seek(0)
+            file.write(renewed(page, parts))
+            file.truncate()
+    if missing := parts.keys() - places:
+        raise ValueError(f"docs/verification*.md: no place for {', '.join(sorted(missing))}")
 
 
 def main(command: list[str]) -> int:

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parent.parent
 PROGRAM = ROOT / "docs" / "verification.py"
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def program() -> ModuleType:
     spec = spec_from_file_location("verification_report", PROGRAM)
     assert spec is not None and spec.loader is not None
@@ -48,9 +48,13 @@ def test_parts_take_the_place_of_the_old_ones(program: ModuleType) -> None:
     assert program.renewed(REPORT, {}) == REPORT
 
 
-def test_a_part_without_a_place_is_refused(program: ModuleType) -> None:
+def test_a_part_without_a_place_is_refused(program: ModuleType, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(REPORT)
+    program.PAGES = [page]
     with pytest.raises(ValueError, match="no place for third"):
-        program.renewed(REPORT, {"third": "x\n"})
+        program.put({"third": "x\n", "second": "It was 4 %.\n"})
+    assert page.read_text() == REPORT.replace("3 %", "4 %")
 
 
 def test_every_part_that_a_script_prints_has_a_place_and_every_place_a_script() -> None:
@@ -60,7 +64,8 @@ def test_every_part_that_a_script_prints_has_a_place_and_every_place_a_script() 
         for study in studies
         for name in re.findall(r"docs: (\w+)", (ROOT / study).read_text("utf-8"))
     ]
-    places = re.findall(r"<!-- docs: (\w+) -->", (ROOT / "docs/verification.md").read_text("utf-8"))
+    pages = [page.read_text("utf-8") for page in sorted(ROOT.glob("docs/verification*.md"))]
+    places = re.findall(r"<!-- docs: (\w+) -->", "".join(pages))
     assert len(set(printed)) == len(printed)
     assert sorted(printed) == sorted(places)
 

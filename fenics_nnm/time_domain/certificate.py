@@ -50,11 +50,8 @@ def certified(flow: Flow, series: Series, point: BranchPoint) -> tuple[BranchPoi
 
 def shot_motion(flow: Flow, series: Series, point: BranchPoint) -> ShotMotion:
     """The motion of the energy of a point, by Newton's iteration, or also by a short walk."""
-    direct = shoot(flow, series, point, options=_DIRECT)
-    if direct.converged or not point.return_error <= _NEAR:
-        return direct
-    walked = shoot(flow, series, point, options=_SHORT_WALK)
-    return walked if walked.converged else direct
+    near = point.return_error <= _NEAR
+    return shoot(flow, series, point, options=_SHORT_WALK if near else _DIRECT)
 
 
 def of_linear_mode(point: BranchPoint, others: Array) -> BranchPoint:

@@ -196,9 +196,9 @@ class _Record:
 
     def note(self, motion: StageMotion, clock: float, duration: float) -> None:
         """Take what lies between `clock` and `duration` later."""
-        first = np.searchsorted(self._times, clock)
-        last = np.searchsorted(self._times, clock + duration, side="right")
-        if last > first:
+        if len(self._times):
+            first = np.searchsorted(self._times, clock)
+            last = np.searchsorted(self._times, clock + duration, side="right")
             chosen = slice(first, last)
             states = motion.states(self._times[chosen] - clock)
             self._q[chosen], self._velocity[chosen] = states

@@ -166,15 +166,16 @@ class StageMotion:
         size, bend = bounds[:points] + np.abs(stage.margin_rest), bounds[points:]
         tolerance = _ROUND_OFF * np.maximum(np.maximum(size, stage.size), _TINY)
         bend = np.maximum(bend, _TINY)
-        level, frequency, time = stage.margin_rest + tolerance, 1j * stage.nu, start
+        level, twice, frequency = stage.margin_rest + tolerance, 2 * bend, 1j * stage.nu
+        time = start
         while time < longest:
             wave = self.amplitude * np.exp(time * frequency)
             left = stage.margin_shape @ wave.real + level
             rates = stage.margin_rate @ wave.imag
             if time == start and left.min() <= 0:
                 return start
-            root = np.sqrt(np.maximum(rates * rates + 2 * bend * left, 0.0))
-            step = float(((rates + root) / bend).min())
+            root = np.sqrt(np.maximum(rates * rates + twice * left, 0.0))
+            step = float(np.minimum.reduce((rates + root) / bend))
             if step <= _ARRIVED * time:
                 return time
             time += step

@@ -59,7 +59,6 @@ class ShotMotion:
         energy_change: Energy over that of the guess, less 1.
         return_error: Distance of the state after a period from its start, relative in the energy
             norm.
-        guess_return_error: The same for the guess.
         distance: Distance of the state from that of the guess, relative in the energy norm.
         frequency_change: Frequency over that of the guess, less 1.
         iterations: Newton steps taken.
@@ -74,7 +73,6 @@ class ShotMotion:
     energy: float
     energy_change: float
     return_error: float
-    guess_return_error: float
     distance: float
     frequency_change: float
     iterations: int
@@ -154,7 +152,6 @@ def _motion(
     q, velocity, period = equations.state(found.unknowns)
     target = equations.target
     whole = flow.run(q, velocity, period)
-    guessed = flow.run(target.q, target.velocity, target.period)
     omega, energy = flow.model.omega, flow.energy(q, velocity)
 
     def distance(dq: Array, dv: Array) -> float:
@@ -167,7 +164,6 @@ def _motion(
         energy=energy,
         energy_change=energy / target.energy - 1,
         return_error=distance(whole.q - q, whole.velocity - velocity),
-        guess_return_error=distance(guessed.q - target.q, guessed.velocity - target.velocity),
         distance=distance(q - target.q, velocity - target.velocity),
         frequency_change=target.period / period - 1,
         iterations=found.iterations,

@@ -307,6 +307,13 @@ def test_bad_input_is_told_before_anything_runs(
     assert not Path("results").exists()
 
 
+def test_a_folder_that_cannot_be_made_is_told(study_file: StudyFile, command: Command) -> None:
+    study_file(QUICK)
+    Path("file").touch()
+    sweep = ("sweep", "study.toml", "--set", "contact.gap=1e-3", "--output", "file/s")
+    command(*sweep).assert_one_line(2, "--output file/s", "cannot be written: Not a directory")
+
+
 def test_lists_are_combined_or_taken_together(study_file: StudyFile) -> None:
     file = study_file(QUICK)
     lists = ["contact.gap=1e-3,2e-3", "mode.number=1,2"]

@@ -94,6 +94,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
     console = console_of(comm)
     if arguments.list:
         return _list(console, sweep)
+    on_root(comm, sweep.make_folder)
     try:
         if not arguments.collect:
             _run(sweep, arguments, console, comm)

@@ -34,6 +34,7 @@ from mpi4py import MPI
 import fenics_nnm.output.mesh_report
 import fenics_nnm.run
 from fenics_nnm.cli import main
+from fenics_nnm.errors import StudyError
 
 def fail(*arguments, **keywords):
     raise {error}
@@ -259,10 +260,33 @@ def test_failure_of_one_rank_ends_all(
     """The other rank waits in a collective call that will never be answered."""
     error = 'ZeroDivisionError("by zero")'
     script = failing_script(tmp_path, name=name, error=error, ranks=[rank])
-    ended = on_ranks(2, script, "run", study_file(PLATE), "--output", "out", folder=tmp_path)
-    assert ended.code == 1, ended.err
+    assert_ends_all(rank, script, study_file(PLATE), tmp_path)
+
+
+@pytest.mark.parametrize("rank", [0, 1])
+@pytest.mark.parametrize(
+    ("name", "error", "code"),
+    [
+        ("fem.modes.solved", 'StudyError("of one rank")', 2),
+        ("fem.harmonic.solved", 'ZeroDivisionError("by zero")', 1),
+    ],
+)
+def test_failure_of_one_rank_in_a_solve_ends_all(
+    rank: int, name: str, error: str, code: int, study_file: StudyFile, tmp_path: Path
+) -> None:
+    """The factorisation cannot be freed, for which both ranks would have to come."""
+    script = failing_script(tmp_path, name=name, error=error, ranks=[rank])
+    study = study_file(PLATE, reduction={"method": "none", "modes": 3})
+    assert_ends_all(rank, script, study, tmp_path, code, error.split('"')[1])
+
+
+def assert_ends_all(
+    rank: int, script: Path, study: Path, folder: Path, code: int = 1, words: str = "by zero"
+) -> None:
+    ended = on_ranks(2, script, "run", study, "--output", "out", folder=folder, seconds=60)
+    assert ended.code == code, ended.err
     (line,) = own_lines(ended)
-    assert f"fenics-nnm: rank {rank}: " in line and "ZeroDivisionError: by zero" in line
+    assert f"fenics-nnm: rank {rank}: " in line and words in line
     assert "Traceback" not in ended.err
 
 

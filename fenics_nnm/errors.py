@@ -29,6 +29,10 @@ class ConvergenceError(RuntimeError, NonlinearModeError):
     """A computation ended before it gave what was asked for; exit code 1."""
 
 
+class OutOfMemoryError(ConvergenceError):
+    """A factorisation needs more memory than it may take."""
+
+
 class TooManyModesError(ModelError):
     """A reduction whose modes leave nothing to its contact points."""
 

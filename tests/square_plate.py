@@ -16,7 +16,7 @@ from scipy.linalg import eigh
 
 from fenics_nnm.fem.attachments import Attachment
 from fenics_nnm.fem.mesh import generate_mesh
-from fenics_nnm.fem.modes import ModalSolver
+from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body, assemble_solid
 from fenics_nnm.geometry import Beam
@@ -88,7 +88,7 @@ def solid_plate(support: str, elements: int) -> np.ndarray:
     steel = Region(Material(Isotropic(YOUNG, POISSON), DENSITY))
     clamped = tagged.facets_of(("left",), "clamp.facets")[: 0 if free else None]
     body = Body("solid", (steel,), attachments=(springs,) if free else ())
-    with ModalSolver(assemble_solid(tagged, body, clamped)) as solver:
+    with DirectModalSolver(assemble_solid(tagged, body, clamped)) as solver:
         return solver.modes(count + 6 * free).frequencies
 
 

@@ -82,6 +82,12 @@ class Solid:
         """Number of degrees of freedom of this rank."""
         return int(self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs)
 
+    @property
+    def free(self) -> int:
+        """Number of free degrees of freedom, of all ranks."""
+        clamped = int(np.count_nonzero(self.clamped < self.owned))
+        return self.dofs - int(self.tagged.mesh.comm.allreduce(clamped))
+
 
 def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> Solid:
     """Assemble stiffness and mass, clamped on the given local facets.

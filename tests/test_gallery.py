@@ -202,14 +202,15 @@ def test_multipliers_have_their_places_and_far_ones_their_directions(rod: Path) 
     points = (replace(first, multipliers=known), replace(second, multipliers=none))
     plane, _ = multiplier_plots(replace(results, points=points))
     axes, bar = plane.figure.axes
-    inside, beyond = (each.get_offsets() for each in axes.collections)
-    np.testing.assert_allclose(inside @ [1, 1j], known[1:])
+    on, off, beyond = (each.get_offsets() for each in axes.collections)
+    np.testing.assert_allclose(on @ [1, 1j], known[2:])
+    np.testing.assert_allclose(off @ [1, 1j], known[1:2])
     np.testing.assert_allclose(beyond @ [1, 1j], [2j])
     assert axes.get_ylim()[1] > 2
     (circle,) = axes.lines
     np.testing.assert_allclose(np.hypot(*circle.get_data()), 1)
     assert bar.get_ylabel() == "gamma ratio  (1)"
-    assert "1 multipliers with a modulus from 4 to 4" in plane.caption
+    assert "moduli from 4 to 4" in plane.caption
     assert "Not known at 1 of 2 points." in plane.caption
     nothing = [replace(point, multipliers=none) for point in points]
     (largest,) = multiplier_plots(replace(results, points=tuple(nothing)))

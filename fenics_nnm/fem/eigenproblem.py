@@ -12,6 +12,8 @@ _TOLERANCE, _RESTARTS = 1e-10, 200
 def eigenproblem(stiffness: PETSc.Mat, mass: PETSc.Mat, prefix: str) -> SLEPc.EPS:
     """Shift-invert Krylov-Schur about zero; the linear solver is the caller's to choose.
 
+    PETSc options of the user win.
+
     Args:
         stiffness: K.
         mass: M.
@@ -25,4 +27,5 @@ def eigenproblem(stiffness: PETSc.Mat, mass: PETSc.Mat, prefix: str) -> SLEPc.EP
     eps.setTarget(0.0)
     eps.getST().setType(SLEPc.ST.Type.SINVERT)
     eps.setTolerances(_TOLERANCE, _RESTARTS)
+    eps.setFromOptions()
     return eps

@@ -14,6 +14,7 @@ from fenics_nnm.fem.eigenproblem import eigenproblem
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
+from fenics_nnm.fem.parallel import all_arrive
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import LinearModes
 
@@ -43,6 +44,7 @@ class DirectModalSolver:
         """
         self._solid, self._memory = solid, memory
         self.free = solid.free
+        self._apart = solid.tagged.mesh.comm.Dup()
         self._eps = eigenproblem(solid.stiffness, solid.mass, "nnm_")
         self._ksp = self._eps.getST().getKSP()
         self._ksp.setOperators(solid.stiffness)  # which shift-invert about zero keeps
@@ -59,8 +61,10 @@ class DirectModalSolver:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Free the factorisation."""
-        self._eps.destroy()
+        """Free the factorisation, if all ranks are there to do so."""
+        if error is None or all_arrive(self._apart):
+            self._eps.destroy()
+            self._apart.Free()
 
     def modes(self, count: int) -> LinearModes:
         """The `count` lowest modes, with a check that none was missed.
@@ -73,7 +77,10 @@ class DirectModalSolver:
             raise ModelError(f"reduction.modes = {count}: the mesh has only {self.free} free dofs")
         wanted = min(count + _SPARE, self.free)
         self._eps.setDimensions(wanted, PETSc.DETERMINE, PETSc.DETERMINE)
-        self._eps.solve()
+        try:
+            self._eps.solve()
+        except PETSc.Error as error:
+            raise ConvergenceError(f"eigensolver: PETSc error {error.ierr}") from error
         found = self._eps.getConverged()
         if found < min(count + 1, self.free):
             raise ConvergenceError(f"eigensolver: {found} of {count} modes converged")

@@ -16,7 +16,7 @@ from petsc4py import PETSc
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.block import product, solved
 from fenics_nnm.fem.eigenproblem import eigenproblem
-from fenics_nnm.fem.factorisation import use_mumps
+from fenics_nnm.fem.factorisation import factorise, use_mumps
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.vertices import at_vertices
 
@@ -52,7 +52,9 @@ class TwoLevel:
         self.coarse_free = K.size[0] - self._comm.allreduce(len(held))
         self._eps = eigenproblem(K, M, "nnm_coarse_")
         self._ksp = self._eps.getST().getKSP()
+        self._ksp.setOperators(K)  # which shift-invert about zero keeps
         use_mumps(self._ksp)
+        factorise(self._ksp)
         self._inverse_diagonal = 1 / solid.stiffness.getDiagonal().array[:, None]
         self._end = _BEYOND * self._largest()
 
@@ -91,7 +93,6 @@ class TwoLevel:
         return np.asarray(rng.standard_normal((len(self._free), count)) * self._free)
 
     def _corrected(self, residual: Array) -> Array:
-        self._eps.setUp()
         coarse = solved(self._ksp, product(self._restriction, residual))
         return product(self._prolongation, coarse)
 

@@ -11,6 +11,7 @@ from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     AMOUNT,
+    BLACK,
     BLUE,
     GAMMA,
     GREY,
@@ -23,6 +24,12 @@ from fenics_nnm.output.pictures.style import (
 
 #: Multipliers up to this modulus need no logarithmic axis, and have their place in the plane.
 _NEAR = 2.0
+
+#: Multipliers farther from the unit circle than this are drawn larger than those on it.
+_OFF = 1e-3
+
+#: Sizes of their marks in square points.
+_SMALL, _LARGE = 4, 22
 
 #: The plane is shown up to this modulus, or a little farther than the largest multiplier in it.
 _PLANE, _ROOM = 1.15, 1.08
@@ -40,16 +47,19 @@ def _in_the_plane(results: Results) -> list[Plot]:
         return []
     multipliers = np.concatenate([point.multipliers for point in results.points])
     ratios = np.repeat(results.ratios, counts)
-    beyond = np.abs(multipliers) > _NEAR
+    modulus = np.abs(multipliers)
+    beyond, off = modulus > _NEAR, np.abs(modulus - 1) > _OFF
     figure = new_figure(4.2)
     axes = new_axes(figure, "real part of the multiplier  (1)", "imaginary part  (1)")
     turn = np.linspace(0, 2 * np.pi, 361)
-    axes.plot(np.cos(turn), np.sin(turn), color=GREY, lw=1, label="unit circle: stable")
+    axes.plot(np.cos(turn), np.sin(turn), color=GREY, lw=1, label="unit circle")
     norm = Normalize(*_ends(results.ratios))
-    edge = _NEAR if beyond.any() else max(_PLANE, _ROOM * float(np.abs(multipliers).max()))
-    _dots(axes, multipliers[~beyond], ratios[~beyond], norm, "o", "multiplier")
+    edge = _NEAR if beyond.any() else max(_PLANE, _ROOM * float(modulus.max()))
+    _dots(axes, multipliers[~off], ratios[~off], norm, "o", _SMALL, "multipliers on it")
+    near = off & ~beyond
+    _dots(axes, multipliers[near], ratios[near], norm, "o", _LARGE, f"more than {_OFF:g} off it")
     at_edge = edge * multipliers[beyond] / np.abs(multipliers[beyond])
-    _dots(axes, at_edge, ratios[beyond], norm, "^", f"modulus above {_NEAR:g}, in its direction")
+    _dots(axes, at_edge, ratios[beyond], norm, "^", _LARGE, f"modulus above {_NEAR:g}")
     axes.set(xlim=(-_ROOM * edge, _ROOM * edge), ylim=(-_ROOM * edge, _ROOM * edge), aspect="equal")
     bar = figure.colorbar(ScalarMappable(norm, AMOUNT), ax=axes, shrink=0.9)
     label_bar(bar, GAMMA)
@@ -73,18 +83,19 @@ def _ends(ratios: Array) -> tuple[float, float]:
 
 
 def _dots(
-    axes: Axes, places: Complex, ratios: Array, norm: Normalize, marker: str, name: str
+    axes: Axes, places: Complex, ratios: Array, norm: Normalize, marker: str, size: int, name: str
 ) -> None:
     if len(places):
+        width = 0.5 if size == _LARGE else 0
         axes.scatter(places.real, places.imag, c=ratios, cmap=AMOUNT, norm=norm, marker=marker,
-                     s=14, linewidths=0, label=name, zorder=3)  # fmt: skip
+                     s=size, linewidths=width, edgecolors=BLACK, label=name, zorder=3)  # fmt: skip
 
 
 def _told_beyond(multipliers: Complex, beyond: Array) -> str:
     moduli = np.abs(multipliers[beyond])
     return (
-        f" Triangles: {len(moduli)} multipliers with a modulus from {moduli.min():.3g} to "
-        f"{moduli.max():.3g}, drawn at {_NEAR:g} in their direction."
+        f" Triangles: moduli from {moduli.min():.3g} to {moduli.max():.3g}, drawn at {_NEAR:g} in "
+        "their direction."
     )
 
 

@@ -3,6 +3,9 @@
 
 RUN := environment/run
 
+# Runs a script of the verification report, and puts its tables there.
+STUDY := $(RUN) python3 docs/verification.py
+
 PICTURES := docs/pictures
 LOOKS := results/looks
 JOURNEYS := results/journeys
@@ -11,15 +14,16 @@ JOURNEYS := results/journeys
 ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.png \
     frequency_gamma.png frequency_amplitude.png contact_map.png distance_map.png \
     contact_force.png contact_duration.png phase_contact.png orbit.png certificate.png \
-    multipliers.png
+    multipliers_plane.png multipliers.png
 
-.PHONY: help demo pictures journeys kinds test lint clean distclean verify verify-studies \
+.PHONY: help demo pictures journeys kinds test test-next lint clean distclean verify verify-studies \
     verify-random verify-viewers look image image-check
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
 	@echo 'make pictures     make all pictures of the docs anew, in $(PICTURES)'
 	@echo 'make test         run the tests and the checks of the source'
+	@echo 'make test-next    run the tests with the packages of Debian unstable'
 	@echo 'make verify       run the slow studies of docs/verification.md'
 	@echo 'make look         look at reports in a browser, at the widths of a desktop and of a telephone'
 	@echo 'make lint         run only the checks of the source'
@@ -56,38 +60,51 @@ journeys:
 	    $(RUN) fenics-nnm new $$kind $(JOURNEYS) && \
 	    $(RUN) fenics-nnm run $(JOURNEYS)/$$kind.toml --output $(JOURNEYS)/$$kind && \
 	    $(RUN) fenics-nnm plot $(JOURNEYS)/$$kind --formats png || exit; done
+	$(RUN) fenics-nnm sweep $(JOURNEYS)/blade.toml --set contact.gap=2e-4,4e-4,8e-4 \
+	    --set mode.number=1,2 --output $(JOURNEYS)/sweep
+	cp $(JOURNEYS)/sweep/sweep.png $(PICTURES)/blade_sweep.png
 	cp $(JOURNEYS)/blade/pictures/motion.gif $(PICTURES)/blade_motion.gif
 	cp $(JOURNEYS)/matrices/pictures/frequency_gamma.png $(PICTURES)/matrices_frequency_gamma.png
 
 # The gallery's bodies of other kinds; `journeys` leaves the results of demos/step.
 kinds: journeys
-	$(RUN) python3 demos/six_geometries.py fork shroud
-	for folder in step/results/blade fork/results/fork shroud/results/shroud; do \
+	$(RUN) python3 demos/six_geometries.py inp shroud sector rotor67 fork
+	for folder in step/results/blade inp/results/bracket shroud/results/shroud \
+	    sector/results/sector rotor67/results/rotor67 fork/results/fork; do \
 	    cp demos/$$folder/pictures/mode_shapes.png \
 	        $(PICTURES)/$${folder%%/*}_mode_shapes.png || exit; done
+	cp demos/sector/results/groups.png $(PICTURES)/sector_groups.png
+	cp demos/rotor67/results/rotor67/pictures/frequency_gamma.png \
+	    $(PICTURES)/rotor67_frequency_gamma.png
 
 test:
 	$(RUN) python3 -m pytest -q -n auto --dist worksteal tests
 	$(MAKE) lint
 
-# Three parts, side by side with "make -j 2 verify".
+# With the newest dolfinx that Debian has.
+test-next:
+	environment/run --next python3 -m pytest -q -n auto --dist worksteal tests
+
+# Three parts, side by side with "make -j 2 verify". Tables go into docs/verification.md.
 verify: verify-studies verify-random verify-viewers
 
 verify-studies:
-	$(RUN) python3 demos/bilinear/bilinear.py
-	$(RUN) python3 demos/rod/discretisations.py
-	$(RUN) python3 demos/rod/automatic.py
-	$(RUN) python3 demos/rod/zero_gap.py
-	$(RUN) python3 demos/rod/preload.py
-	$(RUN) python3 demos/plate/plate.py
-	$(RUN) python3 tests/square_plate.py
-	$(RUN) python3 demos/six_geometries.py
-	$(RUN) python3 demos/rotor37/mesh_study.py
-	$(RUN) python3 demos/rotor37/reduction_study.py
-	$(RUN) python3 demos/rotor37/certificate.py
+	$(STUDY) demos/rod/rod.py
+	$(STUDY) demos/bilinear/bilinear.py
+	$(STUDY) demos/rod/discretisations.py
+	$(STUDY) demos/rod/automatic.py
+	$(STUDY) demos/rod/zero_gap.py
+	$(STUDY) demos/rod/preload.py
+	$(STUDY) demos/plate/plate.py
+	$(STUDY) tests/square_plate.py
+	$(STUDY) tests/two_ranks.py
+	$(STUDY) demos/six_geometries.py
+	$(STUDY) demos/rotor37/mesh_study.py
+	$(STUDY) demos/rotor37/reduction_study.py
+	$(STUDY) demos/rotor37/certificate.py
 
 verify-random:
-	$(RUN) python3 tests/random_studies.py --count 200
+	$(STUDY) tests/random_studies.py --count 200
 
 verify-viewers:
 	$(RUN) fenics-nnm run tests/paraview/beam.toml --output results/paraview

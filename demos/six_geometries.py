@@ -27,6 +27,7 @@ class Geometry:
 
     Attributes:
         study: Study file below demos.
+        title: What it is.
         first: Band of the frequency of the linear mode that is followed, Hz.
         last: Band of the frequency ratio of the point of greatest energy.
         points: Contact points.
@@ -35,6 +36,7 @@ class Geometry:
     """
 
     study: str
+    title: str
     first: tuple[float, float]
     last: tuple[float, float]
     points: int
@@ -52,12 +54,26 @@ class Geometry:
 
 # %%
 GEOMETRIES = (
-    Geometry("step/blade.toml", (367, 374), (1.08, 1.14), 8, 2, "step/blade.py"),
-    Geometry("inp/bracket.toml", (625, 639), (1.07, 1.11), 6, 8, "inp/bracket.py"),
-    Geometry("shroud/shroud.toml", (244, 249), (1.72, 1.83), 10, 8),
-    Geometry("sector/sector.toml", (625, 637), (1.02, 1.05), 20, 12),
-    Geometry("rotor67/rotor67.toml", (367, 374.5), (1.03, 1.06), 24, 12),
-    Geometry("fork/fork.toml", (452, 462), (1.17, 1.24), 9, 8),
+    Geometry(
+        "step/blade.toml", "blade from a STEP file", (367, 374), (1.08, 1.14), 8, 2, "step/blade.py"
+    ),
+    Geometry(
+        "inp/bracket.toml",
+        "bracket from an .inp file",
+        (625, 639),
+        (1.07, 1.11),
+        6,
+        8,
+        "inp/bracket.py",
+    ),
+    Geometry(
+        "shroud/shroud.toml", "shroud between two stops, plane", (244, 249), (1.72, 1.83), 10, 8
+    ),
+    Geometry(
+        "sector/sector.toml", "bladed sector with root block", (625, 637), (1.02, 1.05), 20, 12
+    ),
+    Geometry("rotor67/rotor67.toml", "NASA rotor 67", (367, 374.5), (1.03, 1.06), 24, 12),
+    Geometry("fork/fork.toml", "tuning fork, two facing pads", (452, 462), (1.17, 1.24), 9, 8),
 )
 
 
@@ -102,8 +118,8 @@ def judge(geometry: Geometry, folder: Path, seconds: float) -> None:
     size = (folder / "report.html").stat().st_size
     verdicts = ", ".join(f"{count} {status}" for status, count in statuses.items())
     print(
-        f"{geometry.name:8} {summary['dofs']:7} {summary['contact_points']:7} {linear:9.2f} "
-        f"{frequency:9.2f} {ratio:7.3f} {seconds:6.0f} {size / 1e6:7.1f}   {verdicts}",
+        f"| {geometry.title} | {summary['dofs']} | {summary['contact_points']} | {linear:.2f} "
+        f"| {frequency:.2f} | {ratio:.3f} | {verdicts} | {seconds:.0f} s | {size / 1e6:.1f} MB |",
         flush=True,
     )
     assert within(linear, geometry.first), f"{geometry.name}: first frequency {linear} Hz"
@@ -123,10 +139,10 @@ if __name__ == "__main__":
     unknown = chosen - {geometry.name for geometry in GEOMETRIES}
     if unknown:
         sys.exit(f"no geometry {', '.join(sorted(unknown))}")
+    shown = "" if chosen else "docs: six_geometries\n"
     print(
-        f"{'':8} {'dofs':>7} {'contact':>7} {'linear':>9} {'last':>9} {'ratio':>7} {'':>6} "
-        f"{'report':>7}\n{'':8} {'':>7} {'points':>7} {'Hz':>9} {'Hz':>9} {'1':>7} {'s':>6} "
-        f"{'MB':>7}   points of the branch"
+        f"{shown}| study | dofs | contact points | linear (Hz) | at the last energy (Hz) | ratio "
+        "| points of the branch | time | report |\n|---|---|---|---|---|---|---|---|---|"
     )
     for geometry in GEOMETRIES:
         if not chosen or geometry.name in chosen:

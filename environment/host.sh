@@ -1,9 +1,7 @@
 # shellcheck shell=bash
 # The first way of environment/run: the machine's own python3.
 
-CONDA_PACKAGES="'fenics-dolfinx>=0.9' 'petsc=*=real*' slepc4py python-gmsh h5py matplotlib scipy meshio pillow pydantic rich pytest pytest-xdist mypy"
-
-# Name of the Debian package or the conda-forge package that has a module.
+# Name of the Debian package that has a module.
 debian_name() {
     case "$1" in
         mypy) echo mypy ;;
@@ -11,15 +9,6 @@ debian_name() {
         petsc4py | slepc4py) echo "python3-$1-real" ;;
         xdist) echo python3-pytest-xdist ;;
         *) echo "python3-$1" ;;
-    esac
-}
-
-conda_name() {
-    case "$1" in
-        gmsh) echo python-gmsh ;;
-        PIL) echo pillow ;;
-        xdist) echo pytest-xdist ;;
-        *) echo "$1" ;;
     esac
 }
 
@@ -92,13 +81,12 @@ run_on_host() {
 }
 
 explain_missing() {
-    local module debian='' conda=''
+    local module debian=''
     for module in $1; do
         debian+=" $(debian_name "$module")"
-        conda+=" $(conda_name "$module")"
     done
     say "python3 has dolfinx but not:" $1 "- get it by 'apt-get install$debian' or" \
-        "'conda install -c conda-forge$conda'"
+        "'conda env update --prefix \"\$CONDA_PREFIX\" --file $CHECKOUT/environment.yml'"
 }
 
 # Put a virtual environment with the pip list, made once, first on PATH.

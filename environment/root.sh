@@ -1,7 +1,8 @@
 # shellcheck shell=bash
-# The third way of environment/run: a private Debian 13 root folder.
+# The third way of environment/run: a private root folder with Debian 13 or, if asked for, another.
 
 SUITE=trixie
+SYSTEM="Debian 13"
 ROOT_NAME=root # first part of the folder's name; roots of other names are left alone
 ROOT_SIZE="3 GB"
 ROOT_GIGABYTES=5 # free space asked for before a build
@@ -28,6 +29,11 @@ run_in_root() {
 choose_viewers() {
     ROOT_NAME=viewers ROOT_SIZE="3 GB"
     DEBIAN_LIST="$CHECKOUT/environment/viewer-packages.txt" PIP_LIST=/dev/null
+}
+
+# From here on, the root has the same lists from Debian's newest packages.
+choose_next() {
+    SUITE=sid SYSTEM="Debian unstable" ROOT_NAME=next ROOT_SIZE="4 GB"
 }
 
 # Set the array "namespace" to a command that runs another one with mounts of
@@ -84,7 +90,7 @@ build_root() {
             fi
         done
 
-        say "building a private Debian 13 in $root"
+        say "building a private $SYSTEM in $root"
         say "(once; it takes a few minutes and about $ROOT_SIZE)"
         if ! bootstrap "$partial"; then
             say "mmdebstrap failed (see above)"
@@ -114,7 +120,7 @@ check_space() {
     local free
     free=$(df --output=avail --block-size=G "$STATE" | tail -n 1 | tr -dc 0-9)
     if ((free < ROOT_GIGABYTES)); then
-        say "a private Debian 13 needs $ROOT_GIGABYTES GB, but $STATE has only $free GB left"
+        say "a private $SYSTEM needs $ROOT_GIGABYTES GB, but $STATE has only $free GB left"
         ROOT_ADVICE="(free some space: $ROOT_GIGABYTES GB are needed in $STATE)"
         return 1
     fi
@@ -124,8 +130,8 @@ check_space() {
 provide_mmdebstrap() {
     local -a packages=()
     have mmdebstrap || packages+=(mmdebstrap)
-    # Where Debian's keys are too old to know Debian 13, this brings new ones.
-    compgen -G "/usr/share/keyrings/debian-archive-$SUITE-*" >/dev/null || packages+=(debian-archive-keyring)
+    # Where Debian's keys are too old to know Debian 13, this brings new ones; unstable has the same.
+    compgen -G "/usr/share/keyrings/debian-archive-trixie-*" >/dev/null || packages+=(debian-archive-keyring)
     if [[ $EUID -ne 0 ]] && ! have newuidmap; then packages+=(uidmap); fi
     if [[ ${#packages[@]} -gt 0 ]] && ! apt_install "${packages[@]}" &&
         { ! have mmdebstrap || [[ -z $(debian_keyring) ]]; }; then
@@ -148,15 +154,30 @@ debian_keyring() {
     done
 }
 
+# What this machine's apt is told about the age of lists, as options of mmdebstrap: a mirror that
+# is kept as it was one day may have lists that ran out, as those of unstable do in a week.
+options_about_age() {
+    local name value
+    have apt-config || return 0
+    for name in Acquire::Check-Valid-Until Acquire::Check-Date; do
+        value=
+        eval "$(apt-config shell value "$name")"
+        if [[ -n $value ]]; then echo "--aptopt=$name \"$value\""; fi
+    done
+}
+
 # Unpack and set up Debian in the new folder $1.
 bootstrap() {
     local partial=$1
+    local -a ages
+    mapfile -t ages < <(options_about_age)
     local -a command=(
         mmdebstrap --variant=apt
         --include="$(list_of "$DEBIAN_LIST" | paste -s -d ,)"
         --keyring="$(debian_keyring)"
         --aptopt='APT::Install-Recommends "false"'
         --aptopt='APT::Sandbox::User "root"'
+        "${ages[@]}"
         --dpkgopt=force-unsafe-io
         --dpkgopt='path-exclude=/usr/share/man/*'
         --dpkgopt='path-exclude=/usr/share/locale/*'

@@ -28,7 +28,7 @@ from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
 from fenics_nnm.fem.mesh import TaggedMesh
-from fenics_nnm.fem.modes import ModalSolver
+from fenics_nnm.fem.modal_solver import DirectModalSolver, ModalSolver, modal_solver
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.solid import Solid, assemble_solid
 from fenics_nnm.meshing import tagged_mesh
@@ -46,6 +46,9 @@ from fenics_nnm.study.continuation import ArcLengthSection
 
 Analysis = LinearAnalysis | MatrixAnalysis
 """All that is linear of a study."""
+
+Analyse = Callable[..., Analysis]
+"""A function with the arguments of `linear_analysis`."""
 
 
 def linear_analysis(
@@ -70,12 +73,17 @@ def linear_analysis(
     stages = stages or Stages()
     if isinstance(study, MatrixStudy):
         analysis = on_root(comm, lambda: _analysis_of_matrices(study, stages, at_most))
-        return _with_reference(analysis, study)
-    return _with_reference(_analysis_of_mesh(study, comm, stages, at_most), study)
+        return with_reference(analysis, study)
+    return with_reference(_analysis_of_mesh(study, comm, stages, at_most), study)
 
 
-def _with_reference(analysis: Analysis, study: Study) -> Analysis:
-    """The analysis, with the reference displacement of points that touch at rest in its model."""
+def with_reference(analysis: Analysis, study: Study) -> Analysis:
+    """The analysis, with the reference displacement of points that touch at rest in its model.
+
+    Raises:
+        ModelError: if a gap is not positive at full order.
+        StudyError: if the reference displacement has no effect.
+    """
     reference, rest = study.contact.reference_displacement, analysis.model.at_rest()
     if study.full_order and analysis.model.gap.min() <= 0:
         raise ModelError(
@@ -117,7 +125,9 @@ def _analysis_of_mesh(
     with stages.stage("assembly"):
         solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped)
         interface = contact_interface(solid, patches)
-    with ModalSolver(solid) as solver:
+    with stages.stage("modes"):
+        found = _modal_solver(study, solid)
+    with found as solver:
         forces = _interface_forces(study, solid, interface)
         count = _mode_count(study, at_most, solver.free - forces.shape[1])
         with stages.stage("modes"):
@@ -126,8 +136,17 @@ def _analysis_of_mesh(
             if study.reduction.method != "craig-bampton":
                 reduction = massless_reduced(solid, interface, modes, solver)
             else:
+                assert isinstance(solver, DirectModalSolver)  # the study refuses others
                 reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
     return LinearAnalysis(solid, interface, modes, reduction)
+
+
+def _modal_solver(study: MeshStudy, solid: Solid) -> ModalSolver:
+    """The solver of a study; reductions other than the massless one need factors."""
+    chosen = study.solver.linear
+    if chosen == "auto" and study.reduction.method != "massless":
+        chosen = "direct"
+    return modal_solver(solid, chosen, study.solver.memory)
 
 
 def _mode_count(study: Study, at_most: int | None, spanned: int) -> int:

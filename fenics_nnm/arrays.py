@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 """Real numbers."""
 
+Complex = NDArray[np.complexfloating[Any, Any]]
+"""Complex numbers."""
+
 Mask = NDArray[np.bool_]
 """Which of some things are meant."""
 

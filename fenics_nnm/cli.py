@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from fenics_nnm import __version__
 from fenics_nnm.commands import COMMANDS
 from fenics_nnm.commands.shared import BAD_INPUT, INCOMPLETE, complain
-from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
+from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError, one_line
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -43,23 +43,7 @@ def _verdict(error: BaseException) -> tuple[str, int]:
     code = BAD_INPUT if isinstance(error, NonlinearModeError) else INCOMPLETE
     if isinstance(error, ConvergenceError | OutputError):
         code = INCOMPLETE
-    message = "; ".join([_message(error), *getattr(error, "__notes__", ())])
-    return " ".join(message.split()), code
-
-
-def _message(error: BaseException) -> str:
-    if isinstance(error, NonlinearModeError):
-        return str(error)
-    if isinstance(error, KeyboardInterrupt):
-        return "interrupted"
-    if isinstance(error, MemoryError):
-        return "out of memory: use a coarser mesh or fewer reduction.modes"
-    if isinstance(error, OSError) and error.filename:
-        return f"{error.filename}: {error.strerror}"
-    return (
-        f"this is a defect of fenics-nnm, please report it: {type(error).__name__}: {error} "
-        "(--verbose shows where)"
-    )
+    return one_line(error), code
 
 
 def _ended(comm: MPI.Comm, message: str, code: int) -> int:

@@ -29,5 +29,30 @@ class ConvergenceError(RuntimeError, NonlinearModeError):
     """A computation ended before it gave what was asked for; exit code 1."""
 
 
+class OutOfMemoryError(ConvergenceError):
+    """A factorisation needs more memory than it may take."""
+
+
 class TooManyModesError(ModelError):
     """A reduction whose modes leave nothing to its contact points."""
+
+
+def one_line(error: BaseException) -> str:
+    """What is said of an error, of whatever kind, in one line with its notes."""
+    message = "; ".join([_message(error), *getattr(error, "__notes__", ())])
+    return " ".join(message.split())
+
+
+def _message(error: BaseException) -> str:
+    if isinstance(error, NonlinearModeError):
+        return str(error)
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    if isinstance(error, MemoryError):
+        return "out of memory: use a coarser mesh or fewer reduction.modes"
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return (
+        f"this is a defect of fenics-nnm, please report it: {type(error).__name__}: {error} "
+        "(--verbose shows where)"
+    )

@@ -18,6 +18,7 @@ from fenics_nnm.output.staging import Stopped, living_run, remove
 from fenics_nnm.reduction.comparison import mode_signs, model_difference
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.study import Study, study_from
+from fenics_nnm.study.leaves import leaves
 from fenics_nnm.study.messages import shown
 
 #: Sections of a study that may differ: they say which points are wanted and what is written of
@@ -73,12 +74,12 @@ def stored_run(folder: Path, stopped: tuple[Stopped, ...], text: str) -> StoredR
     return None
 
 
-def assert_nobody_runs(folder: Path, *, but: Path) -> None:
-    """Refuse to take over points in a folder where a run is going on.
+def assert_nobody_runs(folder: Path, *, but: Path | None = None) -> None:
+    """Refuse to begin, or to take over points, in a folder where a run is going on.
 
     Args:
         folder: Results folder.
-        but: Folder of the run that asks.
+        but: Folder of the run that asks, if it has one already.
 
     Raises:
         StudyError: if there is another run.
@@ -161,7 +162,7 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     """Keys and values that the points, or their positions along the branch, depend on."""
     for section, values in study.model_dump(by_alias=True).items():
         if section not in _FREE and values is not None:
-            yield from _parts(section, values)
+            yield from leaves(section, values)
     chosen = study.continuation
     yield "continuation.parameter", chosen.parameter
     yield "continuation.internal_resonance", "follow" if chosen.by_arc else "skip"
@@ -169,23 +170,6 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
         begins = chosen.start.model_dump() if chosen.start else {}
         yield "continuation.energies.from", chosen.energies.start
         yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
-
-
-def _parts(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Keys and values of a section, of all of its name, and of the sections in it.
-
-    They are named as `study.reading` names them: one of several by its number, counted from 1; a
-    section that is no part of another one may be the only one of its name, without a number.
-    """
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from _parts(f"{name}.{key}", inner)
-    elif isinstance(value, tuple) and value and isinstance(value[0], dict):
-        alone = len(value) == 1 and "." not in name
-        for number, part in enumerate(value, 1):
-            yield from _parts(name if alone else f"{name}[{number}]", part)
-    else:
-        yield name, value
 
 
 def _value(value: Any) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.analysis import (
+    Analyse,
     linear_frequencies,
     model_in_contact,
     nonlinear_mode,
@@ -43,6 +44,7 @@ from fenics_nnm.resume import (
 )
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
+from fenics_nnm.study.inputs import input_digests
 from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, STATUSES
 
 logger = logging.getLogger(__name__)
@@ -73,6 +75,7 @@ def run_study(
     resume: bool = False,
     comm: MPI.Comm = MPI.COMM_WORLD,
     stages: Stages | None = None,
+    analyse: Analyse | None = None,
 ) -> RunResult:
     """Run a study and write its results.
 
@@ -87,6 +90,7 @@ def run_study(
         resume: Begin with the points of a stopped, or finished, run of this study in `folder`.
         comm: Communicator of the mesh.
         stages: Timings and progress.
+        analyse: Finds what is linear of the study, in place of `linear_analysis`.
 
     Raises:
         NonlinearModeError: if the study cannot be run, or the results not be written.
@@ -98,8 +102,11 @@ def run_study(
         stored = on_root(comm, lambda: _to_resume(staging, stopped, text)) if resume else None
         if comm.rank == 0 and not resume:
             _tell(stopped)
-        chosen = choice(study, comm, stages, found=stored.header.resolution if stored else None)
-        recorder, branch = _followed(chosen, text, staging, stored, comm, stages)
+        inputs = on_root(comm, lambda: input_digests(study))
+        found = stored.header.resolution if stored else None
+        chosen = choice(study, comm, stages, found=found, analyse=analyse)
+        recorder = _Recorder(chosen, text, inputs, staging, stored, comm, stages)
+        recorder, branch = _followed(recorder, analyse)
         with stages.stage("output"):
             analysis = recorder.chosen.analysis
             report_of(analysis).write_fields(staging.branch, recorder.study, branch, stages)
@@ -124,22 +131,15 @@ def run_study(
     return RunResult(folder, branch, summary, told(recorder.chosen, branch))
 
 
-def _followed(
-    chosen: Choice,
-    text: str,
-    staging: Staging,
-    stored: StoredRun | None,
-    comm: MPI.Comm,
-    stages: Stages,
-) -> tuple[_Recorder, Branch]:
+def _followed(recorder: _Recorder, analyse: Analyse | None) -> tuple[_Recorder, Branch]:
     """Follow the branch, again from its beginning while "auto" asks for finer numbers."""
     while True:
-        recorder = _Recorder(chosen, text, staging, stored, comm, stages)
+        chosen = recorder.chosen
         branch = recorder.follow(chosen.analysis)
-        finer = improved(chosen, branch.points, comm, stages)
+        finer = improved(chosen, branch.points, recorder.comm, recorder.stages, analyse=analyse)
         if finer is None:
             return recorder, branch
-        chosen, stored = finer, None
+        recorder = replace(recorder, chosen=finer, stored=None)
 
 
 def _to_resume(staging: Staging, stopped: tuple[Stopped, ...], text: str) -> StoredRun | None:
@@ -163,6 +163,7 @@ def _tell(stopped: tuple[Stopped, ...]) -> None:
 class _Recorder:
     chosen: Choice
     text: str
+    inputs: dict[str, str]
     staging: Staging
     stored: StoredRun | None
     comm: MPI.Comm
@@ -202,7 +203,9 @@ class _Recorder:
 
     def write_tables(self, analysis: Analysis, branch: Branch) -> dict[str, Any]:
         """Write table, picture and summary; the summary is returned."""
-        summary = run_summary(self.chosen, analysis, branch, self.stages.timings)
+        summary = run_summary(
+            self.chosen, analysis, branch, self.stages.timings, inputs=self.inputs
+        )
         on_root(self.comm, lambda: self._write_tables(analysis, branch, summary))
         return summary
 

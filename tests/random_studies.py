@@ -7,6 +7,7 @@ import math
 import sys
 import tempfile
 from collections import Counter
+from itertools import zip_longest
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -18,6 +19,9 @@ from study_outcome import Examiner, Outcome
 from fenics_nnm.time_domain.verdict import VERIFIED
 
 Section = dict[str, Any]
+
+#: Studies of the verification report.
+WHOLE = 200
 
 
 def write_study(number: int, folder: Path) -> Path:
@@ -222,7 +226,7 @@ def _spread(chance: Random, low: float, high: float) -> float:
 def main() -> int:
     """Run studies one after the other; 0 if none ended as it must not."""
     parser = argparse.ArgumentParser(description="run random studies and judge how they end")
-    parser.add_argument("--count", type=int, default=200, help="how many studies")
+    parser.add_argument("--count", type=int, default=WHOLE, help="how many studies")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
     parser.add_argument("--seconds", type=float, default=600.0, help="longest time of a study")
     parser.add_argument("--folder", type=Path, help="where studies and results are kept")
@@ -233,20 +237,27 @@ def main() -> int:
             study = write_study(number, (chosen.folder or Path(scratch)) / f"{number:03d}")
             outcomes.append(examiner.outcome(study))
             _say(f"{number:4d}  {outcomes[-1]}")
-    _summarise(outcomes)
+    _summarise(outcomes, whole=(chosen.first, chosen.count) == (0, WHOLE))
     return 1 if any(outcome.faulty for outcome in outcomes) else 0
 
 
-def _summarise(outcomes: list[Outcome]) -> None:
-    _say("")
-    for end, count in Counter(outcome.end for outcome in outcomes).most_common():
-        _say(f"{count:6d}  studies: {end}")
+def _summarise(outcomes: list[Outcome], *, whole: bool) -> None:
+    _say("\ndocs: random_studies" if whole else "")
+    _say("| of the studies | | of their points | |\n|---|---|---|---|")
     statuses: Counter[str] = sum((outcome.statuses for outcome in outcomes), Counter())
-    for status, count in statuses.most_common():
-        _say(f"{count:6d}  points: {status}")
-    _say(f"{sum(o.checked for o in outcomes):6d}  of the {VERIFIED} points integrated in time")
-    _say(f"{sum(o.shot for o in outcomes):6d}  of these with a frequency by shooting")
-    _say(f"{max(o.seconds for o in outcomes):6.1f}  s, the longest study")
+    checked = sum(outcome.checked for outcome in outcomes)
+    shot = sum(outcome.shot for outcome in outcomes)
+    more = {VERIFIED: f": {checked} integrated in time, {shot} of them also shot"}
+    points = [
+        f"`{status}` | {count}{more.get(status, '')}" for status, count in statuses.most_common()
+    ]
+    ends = Counter(outcome.end for outcome in outcomes).most_common()
+    studies = [f"{end} | {count}" for end, count in ends]
+    if not any(outcome.faulty for outcome in outcomes):
+        studies.append("hung, crashed, or with a wrong number | 0")
+    for left, right in zip_longest(studies, points, fillvalue=" | "):
+        _say(f"| {left} | {right} |")
+    _say(f"\nlongest study: {max(o.seconds for o in outcomes):.1f} s")
 
 
 def _say(text: str) -> None:

@@ -11,15 +11,17 @@ from mpi4py import MPI
 from PIL import Image
 
 from fenics_nnm.analysis import tagged_mesh
+from fenics_nnm.casing import Cone, Frame, LobedRadius, Plane, RadialSurface, Reversed, Surface
 from fenics_nnm.fem.mesh_groups import gathered_groups
 from fenics_nnm.output.pictures.body import factor_for, plan_mesh
-from fenics_nnm.output.pictures.groups import roles_of, seen_areas
+from fenics_nnm.output.pictures.casing_sheet import casing_layers
+from fenics_nnm.output.pictures.groups import casings_of, roles_of, seen_areas
 from fenics_nnm.output.pictures.panels import round_below
 from fenics_nnm.output.pictures.renderer import render
 from fenics_nnm.output.pictures.scene import PLANE, Arrows, Balls, Camera, Faces, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import best_view, skin_around
 from fenics_nnm.output.stored_branch import read_stored_branch
-from fenics_nnm.study import study_from
+from fenics_nnm.study import read_study, study_from
 
 #: The beam of tetrahedra.
 TETRAHEDRA = {**BEAM, "mesh": {**BEAM["mesh"], "cells": "tetrahedron"}}
@@ -198,6 +200,81 @@ def test_areas_of_groups_as_they_are_seen() -> None:
     assert seen["right"] == pytest.approx(np.cos(np.pi / 6) * whole["right"])
     assert seen["top"] == pytest.approx(np.sin(np.pi / 6) * whole["top"])
     assert seen["left"] == seen["bottom"] == 0
+
+
+def sheet(surface: Surface, points: np.ndarray, dim: int = 3) -> np.ndarray:
+    """Places of a drawn casing, which has an edge."""
+    layers = casing_layers(surface, points[:, :dim], 1.0, dim)
+    (edge,) = (layer for layer in layers if isinstance(layer, Lines))
+    faces = [layer.nodes for layer in layers if isinstance(layer, Faces)]
+    assert len(faces) == (1 if dim == 3 else 0)
+    assert np.abs(edge.ends[1:, 0] - edge.ends[:-1, 1]).max() == 0
+    return np.concatenate([edge.ends.reshape(-1, 3), *faces])
+
+
+#: Points inside a radius of 0.5 about an axis of x, from 0.1 to 0.9 along it and 60 degrees wide.
+PATCH = np.array([[0.1, 0.0, 0.48], [0.9, 0.0, 0.47], [0.5, 0.24, 0.4157], [0.5, -0.24, 0.4157]])
+ALONG_X = Frame(np.zeros(3), np.array([2.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+
+
+@pytest.mark.parametrize(("slope", "lobe"), [(0.0, 0.0), (-0.2, 0.0), (0.0, 0.02)])
+@pytest.mark.parametrize("outside", [False, True])
+def test_sheets_lie_on_round_casings_and_beyond_their_patch(
+    slope: float, lobe: float, outside: bool
+) -> None:
+    cone = Cone(ALONG_X, 0.5, slope)
+    surface = RadialSurface(ALONG_X, LobedRadius((0.5,), 8, lobe)) if lobe else cone
+    places = sheet(Reversed(surface) if outside else surface, PATCH)
+    angle = np.arctan2(places[:, 2], places[:, 1])
+    radius = 0.5 + slope * places[:, 0] + lobe * np.cos(8 * angle)
+    np.testing.assert_allclose(np.hypot(places[:, 1], places[:, 2]), radius, rtol=1e-12)
+    assert (places[:, 0].min(), places[:, 0].max()) == pytest.approx((-0.1, 1.1))
+    wide = np.degrees(np.ptp(angle))
+    assert wide == pytest.approx(1.5 * 60, abs=0.1)
+
+
+def test_sheets_end_where_a_casing_does_and_go_all_around_it() -> None:
+    pointed = sheet(Cone(ALONG_X, 0.5, -0.5), PATCH)
+    assert 0.95 < pointed[:, 0].max() < 1
+    known = LobedRadius((0.5, 0.5), 3, 0.01, stations=(0.0, 1.0))
+    assert np.ptp(sheet(RadialSurface(ALONG_X, known), PATCH)[:, 0]) == pytest.approx(1)
+    turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    ring = np.column_stack([turns / 10, 0.4 * np.cos(turns), 0.4 * np.sin(turns)])
+    around = sheet(Cone(ALONG_X, 0.5), ring)
+    np.testing.assert_allclose(np.ptp(around[:, 1:], axis=0), 1, rtol=1e-3)
+
+
+def test_sheets_of_planes_and_lines_in_the_plane() -> None:
+    slanted = Plane(np.array([0.0, 0.0, 0.6]), np.array([0.0, 3.0, 4.0]))
+    places = sheet(slanted, PATCH)
+    np.testing.assert_allclose(places @ [0, 0.6, 0.8], 0.48, rtol=1e-12)
+    assert (places[:, 0].min(), places[:, 0].max()) == pytest.approx((-0.1, 1.1), abs=0.05)
+    wall = sheet(Plane(np.array([0.0, 0.6, 0.0]), np.array([0.0, 1.0, 0.0])), PATCH, dim=2)
+    np.testing.assert_allclose(wall[:, 1:], [[0.6, 0]] * len(wall), atol=1e-15)
+    assert np.ptp(wall[:, 0]) == pytest.approx(1.2)
+    upright = Frame(np.array([0.5, 0.0, 0.3]), np.array([0.0, 0.0, -1.0]))
+    arc = sheet(Cone(upright, 2.0, 0.1), PATCH + np.array([0, 1.0, 0]), dim=2)
+    np.testing.assert_allclose(arc[:, 2], 0, atol=1e-15)
+    np.testing.assert_allclose(np.hypot(arc[:, 0] - 0.5, arc[:, 1]), 2.0 + 0.1 * 0.3, rtol=1e-12)
+
+
+def test_check_draws_the_casing(
+    tmp_path: Path, study_file: Callable[..., Path], command: Callable[..., Ended]
+) -> None:
+    """A wall beside the tip is seen around the patch, and told in the legend."""
+    contact = {name: value for name, value in BEAM["contact"].items() if name != "gap"}
+    contact["casing"] = {"shape": "plane", "origin": [0, 0, 0.2], "normal": [0, 0, 1]}
+    contact["direction"] = [0.0, 0.0, 1.0]
+    path = study_file(base={**BEAM, "contact": contact})
+    told = command("check", path, "--picture", tmp_path / "mesh.svg")
+    assert told.code == 0, told.err
+    parsed = read_study(path)
+    assert list(casings_of(parsed)) == [0]
+    command("check", path, "--picture", tmp_path / "mesh.png")
+    with Image.open(tmp_path / "mesh.png") as image:
+        pixels = np.asarray(image.convert("RGB"), dtype=float)
+    brown = (pixels[:, :, 0] - pixels[:, :, 2] > 10) & (pixels[:, :, 0] > 180)
+    assert brown.mean() > 0.02
 
 
 def test_check_draws_the_groups(

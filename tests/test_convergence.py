@@ -78,6 +78,6 @@ def test_rate_is_the_slope_of_the_medians() -> None:
 def test_refusals(study_file: StudyFile, command: Command) -> None:
     below = {"energies": {"from": 0.3, "to": 0.9, "step": 0.1}, "report_at": []}
     study = study_file(ROD, continuation={"=": below})
-    command("convergence", study).assert_one_line(2, "continuation.energies", "below grazing")
+    command("convergence", study).assert_one_line(2, "continuation.energies", "below first contact")
     study = study_file(ROD, reduction={"method": "none"})
     command("convergence", study).assert_one_line(2, 'reduction.method = "none"', "reduced models")

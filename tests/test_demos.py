@@ -4,15 +4,18 @@ import csv
 import json
 import runpy
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import pytest
+from conftest import Ended
 
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.motion_measures import first_torsion_mode, kinetic_shares, standing
 from fenics_nnm.output.stored_branch import read_stored_branch
+from fenics_nnm.study import read_study
 
 DEMOS = Path(__file__).parent.parent / "demos"
 
@@ -115,6 +118,21 @@ def test_rod(monkeypatch: pytest.MonkeyPatch) -> None:
     assert travelling_ratio(results / "fine", 1.8) == pytest.approx(0.317, abs=0.01)  # exact
     names = ("backbone_exact", "phase_space_paper", "phase_space_fine")
     assert_pictures(results, *names, "space_time_paper", "space_time_fine")
+
+
+@pytest.mark.parametrize("name", ["shroud", "fork"])
+def test_geometries_have_their_linear_modes(name: str, command: Callable[..., Ended]) -> None:
+    """As `check` shows them; the runs themselves are those of demos/six_geometries.py."""
+    listed = runpy.run_path(str(DEMOS / "six_geometries.py"))["GEOMETRIES"]
+    geometry = next(each for each in listed if each.name == name)
+    study = DEMOS / geometry.study
+    ended = command("check", study)
+    assert ended.code == 0, ended.err
+    assert f"contact          {geometry.points} points" in ended.out
+    rows = [line.split() for line in ended.out.split(" mode   frequency")[1].splitlines()[1:]]
+    hertz = {row[0]: float(row[1]) for row in rows if len(row) == 3}
+    low, high = geometry.first
+    assert low < hertz[str(read_study(study).mode.number)] < high
 
 
 def test_rotor37(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -111,7 +111,7 @@ def relative(analysis: LinearAnalysis, field: Any) -> Array:
     return analysis.interface.displacement(field(*places.T).T.reshape(-1, 1))[:, 0]
 
 
-def two_blocks(path: Path, *, hexahedra: bool) -> None:
+def two_blocks(path: Path, *, hexahedra: bool, order: int = 1) -> None:
     """Unit cubes 1 mm above each other, clamped at their far faces; the lower one is coarser."""
     with saved_model(path):
         occ = gmsh.model.occ
@@ -137,13 +137,20 @@ def two_blocks(path: Path, *, hexahedra: bool) -> None:
             ]
             gmsh.model.addPhysicalGroup(2, faces, name=name)
         gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(order)
 
 
+@pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("hexahedra", [True, False])
 @pytest.mark.parametrize("slanted", [[0.0, 0.0, 1.0], [0.1, 0.0, 1.0]])
-def test_facing_faces_in_space(hexahedra: bool, slanted: list[float], tmp_path: Path) -> None:
-    """Quadratic fields are followed exactly between the nodes, along slanted lines too."""
-    two_blocks(tmp_path / "blocks.msh", hexahedra=hexahedra)
+def test_facing_faces_in_space(
+    hexahedra: bool, slanted: list[float], order: int, tmp_path: Path
+) -> None:
+    """Quadratic fields are followed exactly between the nodes, along slanted lines too.
+
+    Hexahedra of order 2 have facets of 9 nodes.
+    """
+    two_blocks(tmp_path / "blocks.msh", hexahedra=hexahedra, order=order)
     values = {
         **fork_study(tmp_path / "blocks.msh"),
         "body": {"theory": "solid", "degree": 2},

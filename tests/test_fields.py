@@ -112,8 +112,9 @@ def assert_peak_is_above_every_frame(file: Path, body: list[tuple[float, Arrays]
     peak = arrays_of(file)
     mises = np.array([arrays[VON_MISES] for _, arrays in body])
     tension = np.array([arrays[PRINCIPAL[0]] for _, arrays in body])
-    assert np.all(peak["peak von Mises stress (Pa)"] >= mises.max(axis=0))
-    assert np.all(peak["peak largest principal stress (Pa)"] >= tension.max(axis=0))
+    less = 1e-12 * mises.max()  # round-off of products of other sizes
+    assert np.all(peak["peak von Mises stress (Pa)"] >= mises.max(axis=0) - less)
+    assert np.all(peak["peak largest principal stress (Pa)"] >= tension.max(axis=0) - less)
     when = peak["phase of peak von Mises stress (periods)"]
     assert np.all((when >= 0) & (when < 1))
     linear = peak["peak von Mises stress of the linear mode at this energy (Pa)"]

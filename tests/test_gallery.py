@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -20,10 +21,11 @@ from fenics_nnm.output.motion_measures import harmonic_shares, kinetic_shares
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.animation import FRAMES
 from fenics_nnm.output.pictures.contact import contact_order, contact_pressure, touching_shares
+from fenics_nnm.output.pictures.multipliers import multiplier_plots
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.shares import share_plots
 from fenics_nnm.output.pictures.space_time import cross_sections
-from fenics_nnm.output.pictures.style import save, unit_for
+from fenics_nnm.output.pictures.style import colours_of_parts, save, unit_for
 from fenics_nnm.reduction.model import ReducedModel
 
 
@@ -190,6 +192,35 @@ def test_chosen_points_are_those_reported(rod: Path) -> None:
     results = read_results(rod)
     assert [point.gamma_ratio for point in results.chosen] == [1.1]
     assert isinstance(results, Results)
+
+
+def test_multipliers_have_their_places_and_far_ones_their_directions(rod: Path) -> None:
+    known = np.array([4j, -0.25j, np.exp(0.5j), np.exp(-0.5j)])
+    results = read_results(rod)
+    first, second, *_ = results.points
+    none = np.empty(0, dtype=complex)
+    points = (replace(first, multipliers=known), replace(second, multipliers=none))
+    plane, _ = multiplier_plots(replace(results, points=points))
+    axes, bar = plane.figure.axes
+    on, off, beyond = (each.get_offsets() for each in axes.collections)
+    np.testing.assert_allclose(on @ [1, 1j], known[2:])
+    np.testing.assert_allclose(off @ [1, 1j], known[1:2])
+    np.testing.assert_allclose(beyond @ [1, 1j], [2j])
+    assert axes.get_ylim()[1] > 2
+    (circle,) = axes.lines
+    np.testing.assert_allclose(np.hypot(*circle.get_data()), 1)
+    assert bar.get_ylabel() == "gamma ratio  (1)"
+    assert "moduli from 4 to 4" in plane.caption
+    assert "Not known at 1 of 2 points." in plane.caption
+    nothing = [replace(point, multipliers=none) for point in points]
+    (largest,) = multiplier_plots(replace(results, points=tuple(nothing)))
+    assert largest.name == "multipliers"
+
+
+def test_parts_have_different_colours() -> None:
+    for light in (False, True):
+        assert len(set(colours_of_parts(40, light=light))) == 40
+        assert len(colours_of_parts(3, light=light)) == 3
 
 
 def test_shares_are_those_of_the_velocities_in_time(plate: Path) -> None:

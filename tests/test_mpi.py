@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import os
-import signal
-import subprocess
-import sys
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,15 +12,12 @@ import pytest
 import small_meshes
 from conftest import BEAM, PLATE, Ended
 from fork_mesh import fork, fork_study
-from written_fields import read_grid
+from ranks import SAME_FIELD, field_differences, on_ranks, rows
 
 from fenics_nnm.output import branch_file
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
-
-#: Columns of backbone.csv that are round-off.
-ROUND_OFF = {"penetration_m", "virial_error", "shot_return_error"}
 
 FAILING = """
 import sys
@@ -34,6 +25,7 @@ from mpi4py import MPI
 import fenics_nnm.output.mesh_report
 import fenics_nnm.run
 from fenics_nnm.cli import main
+from fenics_nnm.errors import StudyError
 
 def fail(*arguments, **keywords):
     raise {error}
@@ -58,35 +50,9 @@ if MPI.COMM_WORLD.rank == 0:
 """
 
 
-def on_ranks(count: int, *arguments: object, folder: Path, seconds: float = 120) -> Ended:
-    """Run python on some ranks; everything started is killed when the time is over."""
-    command = ["mpirun", "-n", str(count), "--oversubscribe", sys.executable, *map(str, arguments)]
-    process = subprocess.Popen(
-        command,
-        cwd=folder,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        out, err = process.communicate(timeout=seconds)
-    finally:
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-    return Ended(process.returncode, out, err)
-
-
 def own_lines(ended: Ended) -> list[str]:
     """Lines of the program among those of mpirun."""
     return [line for line in ended.err.splitlines() if "fenics-nnm: " in line]
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    """Rows of backbone.csv without what is round-off."""
-    table = csv.DictReader(path.read_text().splitlines())
-    return [{k: v for k, v in row.items() if k not in ROUND_OFF} for row in table]
 
 
 def failing_script(folder: Path, **values: Any) -> Path:
@@ -96,23 +62,9 @@ def failing_script(folder: Path, **values: Any) -> Path:
 
 
 def assert_same_fields(one: Path, two: Path) -> None:
-    """Nodes, cells and arrays agree one by one: no file tells how many ranks wrote it."""
-    names = sorted(path.relative_to(one) for path in one.rglob("*.vtu"))
-    assert len(names) == 3 + 2 * 24  # linear modes, shapes, peaks and the frames of two motions
-    grids = [(read_grid(one / name), read_grid(two / name)) for name in names]
-    largest: Counter[str] = Counter()
-    for first, _ in grids:
-        for array, values in first.point_data.items():
-            largest[array] = max(largest[array], np.abs(values).max())
-    for first, second in grids:
-        np.testing.assert_array_equal(first.cells, second.cells)
-        np.testing.assert_allclose(second.points, first.points, rtol=0, atol=1e-12)
-        assert list(first.point_data) == list(second.point_data)
-        for array, values in first.point_data.items():
-            if not array.startswith("phase of"):  # two instants may have the same stress
-                # one layer of cells does not settle all terms of the stresses' polynomials
-                size = (2e-7 if "stress" in array else 1e-8) * largest[array]
-                np.testing.assert_allclose(second.point_data[array], values, rtol=0, atol=size)
+    assert len(list(one.rglob("*.vtu"))) == 3 + 2 * 24  # modes, shapes, peaks, two motions
+    apart = field_differences(one, two)
+    assert {name: value for name, value in apart.items() if value > SAME_FIELD} == {}
 
 
 @pytest.mark.parametrize(
@@ -259,10 +211,33 @@ def test_failure_of_one_rank_ends_all(
     """The other rank waits in a collective call that will never be answered."""
     error = 'ZeroDivisionError("by zero")'
     script = failing_script(tmp_path, name=name, error=error, ranks=[rank])
-    ended = on_ranks(2, script, "run", study_file(PLATE), "--output", "out", folder=tmp_path)
-    assert ended.code == 1, ended.err
+    assert_ends_all(rank, script, study_file(PLATE), tmp_path)
+
+
+@pytest.mark.parametrize("rank", [0, 1])
+@pytest.mark.parametrize(
+    ("name", "error", "code"),
+    [
+        ("fem.modes.solved", 'StudyError("of one rank")', 2),
+        ("fem.harmonic.solved", 'ZeroDivisionError("by zero")', 1),
+    ],
+)
+def test_failure_of_one_rank_in_a_solve_ends_all(
+    rank: int, name: str, error: str, code: int, study_file: StudyFile, tmp_path: Path
+) -> None:
+    """The factorisation cannot be freed, for which both ranks would have to come."""
+    script = failing_script(tmp_path, name=name, error=error, ranks=[rank])
+    study = study_file(PLATE, reduction={"method": "none", "modes": 3})
+    assert_ends_all(rank, script, study, tmp_path, code, error.split('"')[1])
+
+
+def assert_ends_all(
+    rank: int, script: Path, study: Path, folder: Path, code: int = 1, words: str = "by zero"
+) -> None:
+    ended = on_ranks(2, script, "run", study, "--output", "out", folder=folder, seconds=60)
+    assert ended.code == code, ended.err
     (line,) = own_lines(ended)
-    assert f"fenics-nnm: rank {rank}: " in line and "ZeroDivisionError: by zero" in line
+    assert f"fenics-nnm: rank {rank}: " in line and words in line
     assert "Traceback" not in ended.err
 
 

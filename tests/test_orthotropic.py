@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from fenics_nnm.fem.attachments import Attachment
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh
-from fenics_nnm.fem.modes import ModalSolver
+from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body, Solid, assemble_solid, stress_tensor
 from fenics_nnm.geometry import Beam, Plate, Rod
@@ -38,7 +38,7 @@ def assembled(
 
 
 def frequencies(solid: Solid, count: int) -> np.ndarray:
-    with ModalSolver(solid) as solver:
+    with DirectModalSolver(solid) as solver:
         return solver.modes(count).frequencies
 
 

@@ -119,6 +119,11 @@ def test_branch_file_reads_back_as_it_was_written(results: Path) -> None:
     assert points[0].force.shape == (33, 3)
     frequencies = [float(row["frequency_Hz"]) for row in rows(results)]
     np.testing.assert_allclose([point.frequency for point in points], frequencies, rtol=1e-9)
+    linear = np.array(header.model.omega[1:]) / points[0].frequency
+    np.testing.assert_allclose(points[0].multipliers[:7], np.exp(1j * linear), atol=1e-9)
+    known = [point for point in points if point.stability]
+    largest = [np.abs(point.multipliers).max() for point in known]
+    np.testing.assert_allclose(largest, [point.largest_multiplier for point in known], rtol=1e-12)
 
 
 def test_branch_file_gives_the_motion_back_on_the_mesh(results: Path) -> None:

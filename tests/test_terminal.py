@@ -64,6 +64,7 @@ POINT = BranchPoint(
     q=np.zeros((2, 1)),
     force=np.zeros((3, 1)),
     free=np.zeros((2, 1)),
+    multipliers=np.empty(0, dtype=complex),
 )
 
 

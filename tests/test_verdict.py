@@ -13,6 +13,7 @@ from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.periodicity import returned
 from fenics_nnm.time_domain.shooting import shoot
+from fenics_nnm.time_domain.stability import stability
 from fenics_nnm.time_domain.verdict import WITH_MASS, judged
 
 MODEL = ReducedModel(
@@ -35,6 +36,20 @@ def verdict(
 ) -> BranchPoint:
     (found,) = judged(model, BALANCE.series, [point], mode=0, shooting=shooting).points
     return found
+
+
+def test_points_keep_their_multipliers() -> None:
+    """Without contact those of the linear modes; beyond it those of the period map."""
+    first, *_, last = branch()
+    turns = np.exp(1j * np.outer([1, -1], MODEL.omega[1:] / first.frequency)).ravel()
+    assert np.abs(np.subtract.outer(first.multipliers, turns)).min(axis=0).max() < 1e-12
+    assert first.multipliers.shape == last.multipliers.shape == (4,)
+    assert np.prod(last.multipliers) == pytest.approx(1, abs=1e-9)
+    assert np.abs(last.multipliers).max() == last.largest_multiplier
+    flow = Flow(MODEL)
+    found = stability(flow, shoot(flow, BALANCE.series, last))
+    np.testing.assert_allclose(last.multipliers, found.multipliers, atol=1e-9)
+    assert branch(shooting=False)[-1].multipliers.size == 0
 
 
 @pytest.mark.parametrize("shooting", [True, False])

@@ -100,7 +100,7 @@ def draw_pressure(
         place.legend(fontsize=8, loc="upper center", ncols=1 if place is axes[2] else 2)
     caption = (
         "Every dot is a contact point; T is the period, t = 0 the middle of contact. "
-        "Energies are gamma over its value at grazing."
+        "Energies are gamma over its value at first contact."
     )
     _finish(figure, path, "Pressure along the contact line", caption)
 

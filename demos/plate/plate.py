@@ -80,16 +80,27 @@ found = {
     key: np.array([at(branch, ratio).frequency_ratio for ratio in RATIOS])
     for key, branch in branches.items()
 }
+print("docs: plate_methods\n| gamma ratio ", end="")
 for harmonics in (5, 10):
-    massless, craig_bampton = found["massless", harmonics], found["Craig-Bampton", harmonics]
-    apart = np.abs(craig_bampton / massless - 1)
+    print(f"| massless, N = {harmonics} | Craig-Bampton, N = {harmonics} | apart ", end="")
+print("|\n|---|---|---|---|---|---|---|")
+for index in np.flatnonzero(RATIOS > 1.05):
+    print(f"| {RATIOS[index]:.1f} ", end="")
+    for harmonics in (5, 10):
+        massless, craig_bampton = (found[method, harmonics][index] for method in STUDIES)
+        apart = craig_bampton / massless - 1
+        print(f"| {massless:.5f} | {craig_bampton:.5f} | {apart:+.2%} ", end="")
+    print("|")
+print("\ndocs: plate_apart")
+for harmonics in (5, 10):
+    apart = np.abs(found["Craig-Bampton", harmonics] / found["massless", harmonics] - 1)
     print(
-        f"N = {harmonics}: frequency ratio at 2.0 massless {massless[-1]:.5f}, Craig-Bampton "
-        f"{craig_bampton[-1]:.5f}; apart by {apart[-1]:.3%} there, {apart.max():.3%} at most, "
-        f"median {np.median(apart[RATIOS > 1.05]):.3%}"
+        f"With N = {harmonics} the two are {np.median(apart[RATIOS > 1.05]):.2%} apart in the "
+        f"median, {apart.max():.2%} at most and {apart[-1]:.2%} at 2.0."
     )
     assert apart.max() < 6e-3
     assert apart[-1] < (3e-3 if harmonics == 5 else 1e-3)
+print()
 assert {point.status for point in branches["massless", 10].points} <= {"verified", "converged"}
 draw_comparison(RESULTS / "comparison.png", RATIOS, found)
 
@@ -102,6 +113,10 @@ draw_comparison(RESULTS / "comparison.png", RATIOS, found)
 
 # %%
 phase = 2 * np.pi * np.arange(65) / 128
+print(
+    "docs: plate_pressure\n| pressure, N = 10 | points at once | oscillation at instants of "
+    "contact | in the mean | at single samples | corner jump |\n|---|---|---|---|---|---|"
+)
 for method in STUDIES:
     worst = {"acting": 0.0, "mean": 0.0, "sample": 0.0, "corner": 0.0}
     for point in branches[method, 10].points:
@@ -120,9 +135,8 @@ for method in STUDIES:
         worst = {key: max(value, now[key]) for key, value in worst.items()}
     together = int((at(branches[method, 10], 2.0).force > 0).sum(axis=1).max())
     print(
-        f"{method}: {together} points in contact at once; point-to-point oscillation "
-        f"{worst['acting']:.2%} of the peak at instants of contact, {worst['mean']:.2%} in the "
-        f"mean, {worst['sample']:.2%} at single samples; corner jump {worst['corner']:.2%}"
+        f"| {method} | {together} | {worst['acting']:.2%} | {worst['mean']:.2%} "
+        f"| {worst['sample']:.2%} | {worst['corner']:.1%} |"
     )
     assert together >= 30
     assert worst["acting"] < 0.02
@@ -152,6 +166,10 @@ draw_pressure(RESULTS / "pressure.png", line.y, 2.0, instants, means)
 # the corners would stand out by half.
 
 # %%
+print(
+    "\ndocs: plate_elements\n| degree, elements, spacing | oscillation | corner jump "
+    "| corner jump with equal areas |\n|---|---|---|---|"
+)
 curves, jumps = {}, {}
 study = read_study(STUDIES["massless"])
 for degree in (1, 2):
@@ -171,7 +189,8 @@ for degree in (1, 2):
         name = f"degree {degree}, {cells}s, {'equal' if bump == 1 else 'graded'}"
         curves[name] = (face.y, pressure)
         jumps[degree, cells, bump] = (oscillation, jump, ignored)
-        print(f"{name}: oscillation {oscillation:.2%}, corner {jump:.1%}, no areas {ignored:.1%}")
+        print(f"| {name} | {oscillation:.2%} | {jump:.1%} | {ignored:.1%} |")
+print()
 linear_worst = np.max([values for key, values in jumps.items() if key[0] == 1], axis=0)
 assert linear_worst[0] < 2e-3
 assert linear_worst[1] < 0.06

@@ -24,7 +24,7 @@ FINE = Path(__file__).parent / "fine.toml"
 def errors(
     elements: int, degree: int, modes: int, step: float, mode: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Errors at unmarked and at marked points from gamma ratio 1.05 to 4; prints a line."""
+    """Errors at unmarked and at marked points from gamma ratio 1.05 to 4; prints a row."""
     values = tomllib.loads(FINE.read_text())
     values["mesh"]["elements"] = elements
     values["body"]["degree"] = degree
@@ -37,16 +37,21 @@ def errors(
     exact = frequency_ratio(np.array([point.gamma_ratio for point in branch.points]), mode)
     error = np.array([point.frequency_ratio for point in branch.points]) / exact - 1
     unmarked = np.array([point.status in ("verified", "converged") for point in branch.points])
+    marked = np.abs(error[~unmarked])
     print(
-        f"mode {mode}, {elements} elements of degree {degree}, J = {modes}: {len(error)} points, "
-        f"{np.count_nonzero(~unmarked)} marked and up to "
-        f"{np.abs(error[~unmarked]).max(initial=0.0):.2%} off, "
-        f"the others {np.abs(error[unmarked]).max():.2%}, median "
-        f"{np.median(np.abs(error[unmarked])):.2%}; {len(branch.failures)} energies without a point"
+        f"| {elements} {'linear' if degree == 1 else 'quadratic'} | {modes} | {mode} | {step:g} "
+        f"| {len(error)} | {len(marked)} | {f'{marked.max():.2%}' if len(marked) else ''} "
+        f"| {np.abs(error[unmarked]).max():.2%} | {np.median(np.abs(error[unmarked])):.2%} "
+        f"| {len(branch.failures)} |"
     )
     return error[unmarked], error[~unmarked]
 
 
+print(
+    "docs: rod_discretisations\n| elements | modes | mode | step | points | marked | marked up to "
+    "| others up to | median | energies without a point |\n"
+    "|---|---|---|---|---|---|---|---|---|---|"
+)
 unmarked, marked = errors(100, 2, 40, 0.05)
 assert np.abs(unmarked).max() < 3e-3
 assert np.median(np.abs(unmarked)) < 1e-3

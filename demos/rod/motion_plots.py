@@ -83,8 +83,8 @@ def plot_phase_space(
     figure.supxlabel(
         f"Closed orbits of the nonlinear mode, one an energy: displacements u over displacement "
         f"u and velocity v at {reference}.\n"
-        "Below grazing (1) all nodes move in proportion, so the orbits of all energies lie in one "
-        "plane; contact bends it.",
+        "Below first contact (1) all nodes move in proportion, so the orbits of all energies lie "
+        "in one plane; contact bends it.",
         **_CAPTION,
     )
     figure.savefig(path, dpi=150)

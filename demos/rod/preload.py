@@ -45,11 +45,12 @@ def points(modes: int, harmonics: int, stop: float) -> tuple[BranchPoint, ...]:
 
 
 if __name__ == "__main__":
-    held, errors, marked = SPEED / (2 * LENGTH), [], 0
+    held, before, errors, marked = SPEED / (2 * LENGTH), [], [], 0
     for point in points(20, 10, 60.0):
         ratio = f"gamma ratio {point.gamma_ratio:4.1f}"
         if point.gamma_ratio <= 1:
             error = point.frequency / held - 1
+            before.append(abs(error))
             print(f"{ratio}: {error:+.1e} off the rod clamped at both ends")
             assert abs(error) < 1e-4 and point.status == VERIFIED
             continue
@@ -65,7 +66,9 @@ if __name__ == "__main__":
             marked += 1
     worst, median = max(errors), np.median(errors)
     print(
-        f"{len(errors)} points are {worst:.1e} off at most, {median:.1e} in the median; "
-        f"{marked} are marked"
+        f"docs: preload\nUp to lift-off the frequency is that of the rod held at both ends, within "
+        f"{max(before):.1e}. Beyond, {len(errors)} of {len(errors) + marked} points up to a gamma "
+        f"ratio of 60 are neither inside a resonance nor failed: they are {worst:.1e} off at most, "
+        f"{median:.1e} in the median.\n"
     )
     assert len(errors) >= 4 and worst < 1e-2 and median < 1e-3

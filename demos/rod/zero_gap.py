@@ -67,8 +67,8 @@ if __name__ == "__main__":
     change = np.ptp(frequencies) / EXACT
     apart = max(abs(point.rayleigh_frequency / point.frequency - 1) for point in points)
     print(
-        f"gamma ratios from 0.1 to 10: the frequency changes by {change:.1e}, and differs from the "
-        f"Rayleigh frequency by {apart:.1e}"
+        f"docs: zero_gap\nFrom gamma ratio 0.1 to 10 the frequency changes by {change:.1e}, and "
+        f"differs from the Rayleigh frequency by {apart:.1e}.\n"
     )
     assert len(points) == 10 and change < 1e-8 and apart < 1e-8
 
@@ -76,21 +76,22 @@ if __name__ == "__main__":
     # Errors over the numbers of modes and harmonics, and over the number of linear elements.
 
     # %%
+    print("docs: zero_gap_series\n| J, N | error of the frequency | contact (exact: 1 L/c) |")
+    print("|---|---|---|")
     errors = []
     for modes, harmonics in ((3, 3), (8, 5), (12, 8), (20, 10), (40, 20)):
         points, energies = motions(modes, harmonics, ONE)
         errors.append(abs(points[0].frequency / EXACT - 1))
-        print(
-            f"J = {modes:2d}, N = {harmonics:2d}: frequency {errors[-1]:.1e} off, in contact for "
-            f"{3 * points[0].contact_fraction:.3f} L/c, energy {energies[0]:.2f} of a bounce"
-        )
+        print(f"| {modes}, {harmonics} | {errors[-1]:.1e} | {3 * points[0].contact_fraction:.3f} |")
+    print(f"\nenergy {energies[0]:.2f} of that of a bounce")
     assert all(finer < coarser for coarser, finer in pairwise(errors))
     assert errors[-1] < 5e-7 and energies[0] >= 1
     assert abs(3 * points[0].contact_fraction - 1) < 3 / 512
 
+    print("docs: zero_gap_elements\n| linear elements (J = 12, N = 8) | error |\n|---|---|")
     errors = []
     for elements in (20, 40, 80, 160):
         points, _ = motions(12, 8, ONE, elements=elements, degree=1)
         errors.append(abs(points[0].frequency / EXACT - 1))
-        print(f"{elements:3d} linear elements, J = 12, N = 8: frequency {errors[-1]:.1e} off")
+        print(f"| {elements} | {errors[-1]:.1e} |")
     assert errors[1] < errors[0] / 3

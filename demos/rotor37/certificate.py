@@ -25,22 +25,27 @@ study = study_from(values, STUDY)
 branch = nonlinear_mode(study, linear_analysis(study, MPI.COMM_SELF))
 
 # %%
-print("gamma ratio  frequency (Hz)  status     return, 1 and 10 periods  shot return  drift")
+print(
+    "| gamma ratio | frequency (Hz) | status | return error, 1 period "
+    "| 10 periods | of the shot motion | energy drift |\n|---|---|---|---|---|---|---|"
+)
 for point in branch.points:
     print(
-        f"{point.gamma_ratio:11.2f}  {point.frequency:14.4f}  {point.status:9}  "
-        f"{point.return_error:11.1e} {point.return_error_10:12.1e}  "
-        f"{point.shot_return_error:11.0e}  {point.energy_drift:5.0e}"
+        f"| {point.gamma_ratio:.2f} | {point.frequency:.4f} | {point.status} "
+        f"| {point.return_error:.1e} | {point.return_error_10:.1e} "
+        f"| {point.shot_return_error:.0e} | {point.energy_drift:.0e} |"
     )
+print()
 for bifurcation in branch.bifurcations.located:
     print(bifurcation)
 statuses = [point.status for point in branch.points]
 shot = np.array([point.shot_return_error for point in branch.points])
 print(
-    f"{statuses.count('verified')} of {len(statuses)} verified; largest return error "
-    f"{max(point.return_error for point in branch.points):.1e}, of shot motions "
-    f"{np.nanmax(shot):.0e}; {np.isnan(shot).sum()} without a shot motion; largest drift "
-    f"{max(point.energy_drift for point in branch.points):.0e}"
+    f"docs: rotor37_certificate\n{statuses.count('verified')} of {len(statuses)} points are "
+    f"`verified`; return error {max(point.return_error for point in branch.points):.1e} at most, "
+    f"{max(point.return_error_10 for point in branch.points):.1e} after ten periods; shot motions "
+    f"return to {np.nanmax(shot):.0e}, {np.isnan(shot).sum()} of the points have none; energy "
+    f"drift {max(point.energy_drift for point in branch.points):.0e}.\n"
 )
 assert branch.complete
 assert set(statuses) <= {"verified", "converged"}

@@ -6,9 +6,18 @@ import argparse
 from contextlib import suppress
 from pathlib import Path
 
-from fenics_nnm.commands.shared import DONE, Commands, add_study, console_of, show, stages_of
+from fenics_nnm.commands.shared import (
+    DONE,
+    Commands,
+    add_settings,
+    add_study,
+    asked_study,
+    console_of,
+    show,
+    stages_of,
+)
 from fenics_nnm.errors import MeshError, ModelError, NonlinearModeError, OutputError, StudyError
-from fenics_nnm.study import MatrixStudy, MeshStudy, Study, read_study
+from fenics_nnm.study import MatrixStudy, MeshStudy, Study
 
 #: Endings of the file of a picture.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -26,6 +35,7 @@ def add_to(commands: Commands) -> None:
         metavar="FILE.png",
         help="draw the mesh with its groups and contact points",
     )
+    add_settings(check)
     add_study(check)
     check.set_defaults(action=_check)
 
@@ -35,10 +45,10 @@ def _check(arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.fem.linear import LinearAnalysis
     from fenics_nnm.output.description import describe
-    from fenics_nnm.output.pictures.groups import draw_groups, roles_of
+    from fenics_nnm.output.pictures.groups import casings_of, draw_groups, roles_of
     from fenics_nnm.resolution.auto import provisional
 
-    study, picture = read_study(arguments.study), arguments.picture
+    (study, _), picture = asked_study(arguments), arguments.picture
     _refuse_picture(study, picture)
     console = console_of(MPI.COMM_WORLD)
     try:
@@ -56,7 +66,7 @@ def _check(arguments: argparse.Namespace) -> int:
     show(console, text)
     if picture and isinstance(shown.analysis, LinearAnalysis):
         tagged, interface = shown.analysis.solid.tagged, shown.analysis.interface
-        draw_groups(picture, tagged, roles_of(study), interface)
+        draw_groups(picture, tagged, roles_of(study), interface, casings_of(study))
         show(console, f"picture          {picture}")
     return DONE
 

@@ -12,14 +12,16 @@ from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
     Commands,
+    add_settings,
     add_study,
+    asked_study,
     complain,
     console_of,
     show,
     stages_of,
 )
 from fenics_nnm.interrupts import terminable
-from fenics_nnm.study import Study, read_study
+from fenics_nnm.study import Study
 
 if TYPE_CHECKING:
     from fenics_nnm.continuation.branch import Encounter
@@ -40,6 +42,7 @@ def add_to(commands: Commands) -> None:
         action="store_true",
         help="go on from the points of a stopped, or finished, run of the same study",
     )
+    add_settings(run)
     add_study(run)
     run.set_defaults(action=_run)
 
@@ -49,11 +52,10 @@ def _run(arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.run import run_study
 
-    study = read_study(arguments.study)
+    study, text = asked_study(arguments)
     console = console_of(MPI.COMM_WORLD)
     folder = arguments.output or study.output.folder or Path("results") / arguments.study.stem
     with terminable(), stages_of(console, arguments) as stages:
-        text = arguments.study.read_text("utf-8")
         result = run_study(study, text, folder, resume=arguments.resume, stages=stages)
     if console.is_terminal:
         console.print(result_table(result, study))

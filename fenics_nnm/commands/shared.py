@@ -10,8 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from fenics_nnm.errors import StudyError
 from fenics_nnm.progress import progress
 from fenics_nnm.stages import Stages
+from fenics_nnm.study import Study, read_study
+from fenics_nnm.study.reading import read_values
+from fenics_nnm.study.settings import Setting, settings_from, study_with
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -27,6 +31,39 @@ def add_study(command: argparse.ArgumentParser) -> None:
     """Arguments of a command that reads a study file."""
     command.add_argument("study", type=Path, metavar="STUDY.toml", help="study file")
     add_verbose(command)
+
+
+def add_settings(command: argparse.ArgumentParser) -> None:
+    """The option that sets keys of the study."""
+    command.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="a key in place of that of the study, as in contact.gap=2e-4; may be given again",
+    )
+
+
+def asked_study(arguments: argparse.Namespace) -> tuple[Study, str]:
+    """The study that is asked for with the keys that are set, and the text of its study file.
+
+    Raises:
+        StudyError: if file, key or value is wrong.
+    """
+    file: Path = arguments.study
+    settings = tuple(_only(text) for text in arguments.set)
+    if settings:
+        return study_with(read_values(file), file, settings)
+    return read_study(file), file.read_text("utf-8")
+
+
+def _only(text: str) -> Setting:
+    settings = settings_from(text)
+    if len(settings) > 1:
+        raise StudyError(
+            f"--set {text}: has {len(settings)} values: fenics-nnm sweep takes several"
+        )
+    return settings[0]
 
 
 def add_verbose(command: argparse.ArgumentParser) -> None:

@@ -14,6 +14,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.stress import Expr
 from fenics_nnm.fem.vertices import at_vertices
@@ -104,7 +105,7 @@ def nearest_vertex(
     """
     mesh, comm, where = tagged.mesh, tagged.mesh.comm, f"{attachment.key}.at"
     owned = np.arange(mesh.topology.index_map(0).size_local, dtype=np.int32)
-    nodes = at_vertices(mesh, mesh.geometry.dofmap)[owned]
+    nodes = at_vertices(mesh, cell_nodes(mesh))[owned]
     points = mesh.geometry.x[nodes][:, : tagged.dim]
     distances = np.linalg.norm(points - np.array(attachment.point), axis=1)
     best = (np.inf, np.iinfo(np.int64).max, comm.rank)

@@ -20,13 +20,13 @@ def solved(ksp: PETSc.KSP, columns: Array) -> Array:
 
 
 def product(matrix: PETSc.Mat, columns: Array) -> Array:
-    """Matrix times columns of shape (n_owned, k)."""
-    right, left = matrix.createVecs()
-    result = np.empty_like(columns)
-    for column in range(columns.shape[1]):
-        right.array[:] = columns[:, column]
-        matrix.mult(right, left)
-        result[:, column] = left.array_r
+    """Matrix times columns of shape (n_owned, k), all at once: the matrix is read once for several.
+
+    Columns are one after the other in memory.
+    """
+    right = _dense(columns, matrix.comm)
+    left = matrix.matMult(right)
+    result = np.array(left.getDenseArray(readonly=True), order="F")
     right.destroy()
     left.destroy()
     return result

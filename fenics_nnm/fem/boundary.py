@@ -10,6 +10,7 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.fem.compat import cell_nodes, coordinate_element
 
 #: Degree of the quadrature of areas and centres.
 _DEGREE = 6
@@ -89,11 +90,11 @@ def _nodes(mesh: dmesh.Mesh, facets: Indices) -> tuple[Indices, Indices]:
     topology, dim = mesh.topology, mesh.topology.dim
     to_cell, to_facet = topology.connectivity(dim - 1, dim), topology.connectivity(dim, dim - 1)
     cells = np.array([to_cell.links(facet)[0] for facet in facets], dtype=np.int64)
-    layout = mesh.geometry.cmap.create_dof_layout()
+    layout = coordinate_element(mesh).create_dof_layout()
     sides = to_facet.array.reshape(to_facet.num_nodes, -1)[cells]
     side = (sides == facets[:, None]).argmax(axis=1)
     closure = np.array([layout.entity_closure_dofs(dim - 1, i) for i in range(sides.shape[1])])
-    dofs = mesh.geometry.dofmap[cells]
+    dofs = cell_nodes(mesh)[cells]
     corners = dofs[:, : len(basix.geometry(_basix(topology.cell_type.name)))]
     return np.take_along_axis(dofs, closure[side], axis=1), corners
 
@@ -110,7 +111,7 @@ def _measures(mesh: dmesh.Mesh, nodes: Array, behind: Array) -> tuple[Array, Arr
         return np.ones(len(nodes)), nodes[:, 0], normals
     shape = {2: "interval", 3: {3: "triangle", 4: "quadrilateral"}.get(_corner_count(mesh))}[dim]
     cell = _basix(str(shape))
-    cmap = mesh.geometry.cmap
+    cmap = coordinate_element(mesh)
     element = basix.create_element(
         basix.ElementFamily.P, cell, cmap.degree, basix.LagrangeVariant(cmap.variant)
     )

@@ -9,6 +9,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.fem.compat import cell_nodes, coordinate_element
 from fenics_nnm.fem.rows import Entries
 from fenics_nnm.fem.solid import Solid
 
@@ -158,8 +159,8 @@ def _traces(solid: Solid, rows: Indices, cells: Indices, places: Array) -> Entri
     element = fem.functionspace(mesh, ("Lagrange", solid.body.degree)).element.basix_element
     found: list[tuple[Indices, Indices, Array]] = []
     for i, (row, cell) in enumerate(zip(rows, cells, strict=True)):
-        nodes = mesh.geometry.x[mesh.geometry.dofmap[cell]][:, : solid.tagged.dim]
-        reference = mesh.geometry.cmap.pull_back(places[i : i + 1], nodes)
+        nodes = mesh.geometry.x[cell_nodes(mesh)[cell]][:, : solid.tagged.dim]
+        reference = coordinate_element(mesh).pull_back(places[i : i + 1], nodes)
         weights = element.tabulate(0, reference)[0, 0, :, 0]
         kept = np.abs(weights) > _ROUND_OFF
         blocks = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell)[kept])

@@ -1,48 +1,127 @@
-"""LDL^T factorisations by MUMPS, with workspace enough on several ranks."""
+"""LDL^T factorisations by MUMPS, which get more workspace where its estimate was too small."""
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
 from petsc4py import PETSc
 
-from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.errors import ConvergenceError, OutOfMemoryError
 
-#: MUMPS's ICNTL(14): workspace beyond its estimate in per cent. The estimate is good on one rank;
-#: on several, messages come in an order that may need more than the usual 20 (INFOG(1) = -9).
-_WORKSPACE = ("mat_mumps_icntl_14", 200)
+logger = logging.getLogger(__name__)
 
-#: PETSc's error of a library that it calls.
-_LIBRARY = 76
+#: MUMPS's ICNTL(14): workspace beyond its estimate in per cent.
+_WORKSPACE = 14
+
+#: Values of MUMPS's INFOG(1) that more workspace cures. Its estimate is good on one rank; on
+#: several, messages come in an order that may need more than the usual 20 per cent.
+_TOO_SMALL = (-8, -9, -17, -20)
+
+#: MUMPS's ICNTL(23): memory in 10^6 bytes that a rank may take, all of which is its workspace.
+_MEMORY = "mat_mumps_icntl_23"
+
+#: Values of INFOG(1) that stand for too little memory: allocations that failed, a workspace that
+#: is too small, and a limit that analysis has shown to be too low.
+_TOO_LITTLE = (-5, -7, -8, -9, -11, -13, -19)
+
+#: The workspace is doubled at most so many times.
+_DOUBLINGS = 5
 
 
-def use_mumps(ksp: PETSc.KSP) -> None:
-    """Solve by one Cholesky (LDL^T) factorisation of MUMPS; PETSc options of the user win."""
+def use_mumps(ksp: PETSc.KSP, settings: Sequence[tuple[str, int]] = ()) -> None:
+    """Solve by one Cholesky (LDL^T) factorisation of MUMPS; PETSc options of the user win.
+
+    Args:
+        ksp: Solver.
+        settings: Options of MUMPS and their values.
+    """
     ksp.setType(PETSc.KSP.Type.PREONLY)
     ksp.getPC().setType(PETSc.PC.Type.CHOLESKY)
     ksp.getPC().setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-    ksp.setErrorIfNotConverged(True)
-    options, (name, value) = PETSc.Options(ksp.getOptionsPrefix()), _WORKSPACE
-    if ksp.comm.size > 1 and not options.hasName(name):
-        options.setValue(name, value)
+    options = PETSc.Options(ksp.getOptionsPrefix())
+    for name, value in settings:
+        if not options.hasName(name):
+            options.setValue(name, value)
+    ksp.setFromOptions()
+
+
+@contextmanager
+def limited_memory(ksp: PETSc.KSP, memory: float | None) -> Iterator[None]:
+    """Let each rank take some bytes at most for a factorisation inside; no limit if None.
+
+    MUMPS knows after its analysis, a small part of the work, whether they are enough.
+    """
+    options = PETSc.Options(ksp.getOptionsPrefix())
+    if memory is None or options.hasName(_MEMORY):
+        yield
+        return
+    options.setValue(_MEMORY, max(1, int(memory / 1e6)))
+    try:
+        yield
+    finally:
+        options.delValue(_MEMORY)
 
 
 def factorise(ksp: PETSc.KSP) -> None:
-    """Factorise the matrix of a solver.
+    """Factorise the matrix of a solver, again with twice the workspace where that was too small.
 
     Raises:
-        ConvergenceError: if there is no factorisation; it names MUMPS's error.
+        OutOfMemoryError: if there is too little memory.
+        ConvergenceError: if there is no factorisation for another reason; it names MUMPS's error.
     """
+    ksp.setErrorIfNotConverged(False)  # an error would leave no way to try again
     try:
         ksp.setUp()
+        doublings = _DOUBLINGS
+        while ksp.getPC().getFailedReason() and doublings and _lacks_workspace(ksp):
+            _factorise_with_more(ksp)
+            doublings -= 1
     except PETSc.Error as error:
-        raise ConvergenceError(reason(ksp, error)) from error
+        raise ConvergenceError(f"PETSc error {error.ierr}") from error
+    if ksp.getPC().getFailedReason():
+        raise _failure(ksp)
+    ksp.setErrorIfNotConverged(True)
 
 
-def reason(ksp: PETSc.KSP, error: PETSc.Error) -> str:
+def _lacks_workspace(ksp: PETSc.KSP) -> bool:
+    """Whether MUMPS had too little workspace, by its own estimate and not by the user's.
+
+    A limited memory is all used as workspace: if that is too small, so is the memory.
+    """
+    if not _by_mumps(ksp):
+        return False
+    options = PETSc.Options(ksp.getOptionsPrefix())
+    given = options.hasName(f"mat_mumps_icntl_{_WORKSPACE}")
+    code = ksp.getPC().getFactorMatrix().getMumpsInfog(1)
+    limited = options.hasName(_MEMORY) and code in _TOO_LITTLE
+    return code in _TOO_SMALL and not given and not limited
+
+
+def _factorise_with_more(ksp: PETSc.KSP) -> None:
+    pc = ksp.getPC()
+    workspace = 100 + 2 * pc.getFactorMatrix().getMumpsIcntl(_WORKSPACE)
+    logger.info("MUMPS lacks workspace: once more with ICNTL(%d) = %d", _WORKSPACE, workspace)
+    operators = pc.getOperators()
+    pc.reset()
+    pc.setOperators(*operators)
+    pc.setFactorSetUpSolverType()
+    pc.getFactorMatrix().setMumpsIcntl(_WORKSPACE, workspace)
+    pc.setUp()
+
+
+def _failure(ksp: PETSc.KSP) -> ConvergenceError:
     """Why a factorisation failed, with MUMPS's error if it was MUMPS."""
-    pc, factors = ksp.getPC(), (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
-    direct = error.ierr == _LIBRARY and pc.getType() in factors
-    if not direct or pc.getFactorSolverType() != PETSc.Mat.SolverType.MUMPS:
-        return f"PETSc error {error.ierr}"
-    factor = pc.getFactorMatrix()
-    infog = [factor.getMumpsInfog(i) for i in (1, 2)]
-    return f"MUMPS INFOG(1) = {infog[0]}, INFOG(2) = {infog[1]}"
+    if not _by_mumps(ksp):
+        failed = ksp.getPC().getFailedReason()
+        return ConvergenceError(f"PETSc's preconditioner fails with reason {failed}")
+    infog = [int(ksp.getPC().getFactorMatrix().getMumpsInfog(i)) for i in (1, 2)]
+    kind = OutOfMemoryError if infog[0] in _TOO_LITTLE else ConvergenceError
+    return kind(f"MUMPS INFOG(1) = {infog[0]}, INFOG(2) = {infog[1]}")
+
+
+def _by_mumps(ksp: PETSc.KSP) -> bool:
+    pc = ksp.getPC()
+    direct = pc.getType() in (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
+    return bool(direct and pc.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS)

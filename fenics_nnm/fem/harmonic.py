@@ -12,6 +12,7 @@ from fenics_nnm.errors import ConvergenceError
 from fenics_nnm.fem.block import product, solved
 from fenics_nnm.fem.factorisation import factorise, use_mumps
 from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.parallel import all_arrive
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
 from fenics_nnm.reduction.truncation import MasslessTruncation
 
@@ -37,6 +38,7 @@ class HarmonicSolver:
         solid = analysis.solid
         self._analysis = analysis
         self._comm = solid.tagged.mesh.comm
+        self._apart = self._comm.Dup()
         self._mass_shapes = product(solid.mass, analysis.reduction.shapes)
         self._forces = (
             analysis.interface.unit_forces(solid.owned) - self._mass_shapes @ analysis.model.Phi.T
@@ -60,9 +62,11 @@ class HarmonicSolver:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Free the factorisation."""
-        self._ksp.destroy()
-        self._matrix.destroy()
+        """Free the factorisation, if all ranks are there to do so."""
+        if error is None or all_arrive(self._apart):
+            self._ksp.destroy()
+            self._matrix.destroy()
+            self._apart.Free()
 
     def __call__(self, omega: float) -> ResidualFlexibility:
         """D of all harmonics, accurate about omega in rad/s; called on all ranks alike.

@@ -52,7 +52,7 @@ def fixed_interface_modes(
     Raises:
         ConvergenceError: if the eigensolver fails.
     """
-    eps = eigenproblem(solid, "nnm_interface_")
+    eps = eigenproblem(solid.stiffness, solid.mass, "nnm_interface_")
     eps.setDimensions(count)
     solver = eps.getST().getKSP()
     solver.setType(PETSc.KSP.Type.PREONLY)

@@ -9,7 +9,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
-from fenics_nnm.fem.modes import ModalSolver
+from fenics_nnm.fem.modal_solver import DirectModalSolver, ModalSolver
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
 from fenics_nnm.reduction.linear_modes import LinearModes
@@ -55,7 +55,7 @@ def massless_reduced(
 
 
 def craig_bampton_reduced(
-    solid: Solid, interface: ContactInterface, forces: Array, count: int, solver: ModalSolver
+    solid: Solid, interface: ContactInterface, forces: Array, count: int, solver: DirectModalSolver
 ) -> Reduction:
     """Craig-Bampton model of a body, in modal form.
 

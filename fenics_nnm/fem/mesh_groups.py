@@ -9,6 +9,7 @@ from dolfinx import mesh as dmesh
 from dolfinx.cpp.mesh import cell_entity_type, cell_num_vertices
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.mesh import TaggedMesh
 
 #: Corners of a quadrangle around it, in dolfinx's numbering.
@@ -86,7 +87,7 @@ def _outwards(mesh: dmesh.Mesh, corners: Indices, seen: Indices) -> Indices:
     if mesh.topology.dim < 3:
         return corners
     nodes = mesh.geometry.x
-    cells = nodes[mesh.geometry.dofmap[_cells_of(mesh, seen)]].mean(axis=1)
+    cells = nodes[cell_nodes(mesh)[_cells_of(mesh, seen)]].mean(axis=1)
     places = nodes[_local(mesh, 2, seen)]
     normals = np.cross(places[:, 1] - places[:, 0], places[:, -1] - places[:, 0])
     inwards = np.sum(normals * (places.mean(axis=1) - cells), axis=1) < 0

@@ -2,49 +2,56 @@
 
 from __future__ import annotations
 
-import logging
 from types import TracebackType
 
 import numpy as np
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.errors import ConvergenceError, ModelError
+from fenics_nnm.errors import ConvergenceError, ModelError, OutOfMemoryError
 from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.eigenproblem import eigenproblem
-from fenics_nnm.fem.factorisation import factorise, reason, use_mumps
+from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
+from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
+from fenics_nnm.fem.parallel import all_arrive
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.reduction.linear_modes import LinearModes, counting_shift
-
-logger = logging.getLogger(__name__)
-
-#: A squared frequency below this part of the highest one computed is a rigid-body mode.
-_RIGID = 1e-9
+from fenics_nnm.reduction.linear_modes import LinearModes
 
 #: Modes solved for beyond those asked for, so that the next frequency is known.
 _SPARE = 4
 
 
-class ModalSolver:
+class DirectModalSolver:
     """Factorises the stiffness once; a context manager that frees it.
 
-    PETSc options of the eigensolver take the prefix `nnm_`, those of the inertia check
-    `nnm_inertia_`.
+    PETSc options of the eigensolver take the prefix `nnm_`.
 
     Attributes:
         free: Number of free degrees of freedom, of all ranks.
     """
 
-    def __init__(self, solid: Solid) -> None:
-        """Set up the eigenproblem K phi = omega^2 M phi of a body."""
-        self._solid = solid
-        clamped = int(np.count_nonzero(solid.clamped < solid.owned))
-        self.free = solid.dofs - int(solid.mass.comm.tompi4py().allreduce(clamped))
-        self._eps = eigenproblem(solid, "nnm_")
-        use_mumps(self._eps.getST().getKSP())
+    def __init__(self, solid: Solid, memory: float | None = None) -> None:
+        """Factorise the stiffness of a body.
 
-    def __enter__(self) -> ModalSolver:
+        Args:
+            solid: Assembled body.
+            memory: Memory in bytes that a rank may take for factors; no limit if None.
+
+        Raises:
+            ModelError: if it cannot be factorised.
+            OutOfMemoryError: if the memory is not enough.
+        """
+        self._solid, self._memory = solid, memory
+        self.free = solid.free
+        self._apart = solid.tagged.mesh.comm.Dup()
+        self._eps = eigenproblem(solid.stiffness, solid.mass, "nnm_")
+        self._ksp = self._eps.getST().getKSP()
+        self._ksp.setOperators(solid.stiffness)  # which shift-invert about zero keeps
+        use_mumps(self._ksp)
+        self._factorise()
+
+    def __enter__(self) -> DirectModalSolver:
         """Enter the context."""
         return self
 
@@ -54,8 +61,10 @@ class ModalSolver:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Free the factorisation."""
-        self._eps.destroy()
+        """Free the factorisation, if all ranks are there to do so."""
+        if error is None or all_arrive(self._apart):
+            self._eps.destroy()
+            self._apart.Free()
 
     def modes(self, count: int) -> LinearModes:
         """The `count` lowest modes, with a check that none was missed.
@@ -66,16 +75,20 @@ class ModalSolver:
         """
         if count > self.free:
             raise ModelError(f"reduction.modes = {count}: the mesh has only {self.free} free dofs")
-        self._eps.setDimensions(min(count + _SPARE, self.free))
-        self._solve()
+        wanted = min(count + _SPARE, self.free)
+        self._eps.setDimensions(wanted, PETSc.DETERMINE, PETSc.DETERMINE)
+        try:
+            self._eps.solve()
+        except PETSc.Error as error:
+            raise ConvergenceError(f"eigensolver: PETSc error {error.ierr}") from error
         found = self._eps.getConverged()
         if found < min(count + 1, self.free):
             raise ConvergenceError(f"eigensolver: {found} of {count} modes converged")
         squared = np.array([self._eps.getEigenvalue(i).real for i in range(found)])
         order = np.argsort(squared)
-        self._check_rigid(squared[order])
         squared = squared[order]
-        below = self._check_inertia(squared, count)
+        assert_held(squared)
+        below = counted_below(self._solid, squared, count, self._memory)
         return LinearModes(
             omega=np.sqrt(squared[:count]), shapes=self._shapes(order[:count]), checked_below=below
         )
@@ -89,8 +102,7 @@ class ModalSolver:
         Returns:
             Displacements in m, shape (n_owned, k).
         """
-        self._eps.setUp()
-        return solved(self._eps.getST().getKSP(), forces)
+        return solved(self._ksp, forces)
 
     def fixed_interface_modes(self, forces: Array, attachments: Array, count: int) -> Array:
         """The lowest modes with the contact interface held, from the same factorisation.
@@ -106,38 +118,20 @@ class ModalSolver:
         Raises:
             ConvergenceError: if the eigensolver fails.
         """
-        ksp = self._eps.getST().getKSP()
-        return fixed_interface_modes(self._solid, ksp, forces, attachments, count)
+        return fixed_interface_modes(self._solid, self._ksp, forces, attachments, count)
 
-    def _solve(self) -> None:
+    def _factorise(self) -> None:
         try:
-            self._eps.solve()
-        except PETSc.Error as error:
+            with limited_memory(self._ksp, self._memory):
+                factorise(self._ksp)
+        except ConvergenceError as error:
+            self._eps.destroy()
+            if isinstance(error, OutOfMemoryError):
+                raise
             raise ModelError(
-                "the stiffness cannot be factorised: rigid-body modes (is the body clamped?), "
-                f"or no memory ({reason(self._eps.getST().getKSP(), error)})"
+                "the stiffness cannot be factorised: rigid-body modes (is the body clamped?): "
+                f"{error}"
             ) from error
-
-    def _check_rigid(self, squared: Array) -> None:
-        rigid = int(np.count_nonzero(squared <= _RIGID * np.abs(squared).max()))
-        if rigid:
-            raise ModelError(
-                f"{rigid} rigid-body modes found: the body is not held; "
-                "name facets that hold it in clamp.facets, or springs that are stiff enough"
-            )
-
-    def _check_inertia(self, squared: Array, count: int) -> float:
-        """Count the eigenvalues below the first gap after `count` modes by Sylvester's law."""
-        shift, inside = counting_shift(squared, count)
-        if inside == 0:
-            return 0.0
-        negative = _negative_pivots(self._solid, shift)
-        if negative != inside:
-            raise ConvergenceError(
-                f"eigensolver: {inside} modes below {np.sqrt(shift) / 2 / np.pi:.6g} Hz, but the "
-                f"inertia of K - s^2 M counts {negative}: a mode was missed"
-            )
-        return float(np.sqrt(shift))
 
     def _shapes(self, order: Indices) -> Array:
         shapes = np.empty((self._solid.owned, len(order)))
@@ -150,19 +144,3 @@ class ModalSolver:
         vector.destroy()
         product.destroy()
         return shapes
-
-
-def _negative_pivots(solid: Solid, shift: float) -> int:
-    """Number of eigenvalues of (K, M) below `shift`, from a factorisation of K - shift M."""
-    shifted = solid.stiffness.copy()
-    shifted.axpy(-shift, solid.mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-    shifted.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    ksp = PETSc.KSP().create(shifted.comm)
-    ksp.setOptionsPrefix("nnm_inertia_")
-    ksp.setOperators(shifted)
-    use_mumps(ksp)
-    factorise(ksp)
-    negative = ksp.getPC().getFactorMatrix().getMumpsInfog(12)
-    ksp.destroy()
-    shifted.destroy()
-    return int(negative)

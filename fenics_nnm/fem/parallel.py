@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any, TypeVar, cast
 
 from mpi4py import MPI
@@ -62,11 +61,18 @@ def conducted(
 
     Returns:
         What `conduct` gave, on every rank; or its error is raised on every rank.
+
+    An error of `joint` on some ranks alone is raised there, and leaves the others waiting.
     """
+    apart = comm.Dup()  # in `comm` the others may wait for one that fails alone
 
     def call(argument: Argument) -> Result:
         comm.bcast((argument,), root=0)
-        return joint(argument)
+        try:
+            return joint(argument)
+        except Exception:
+            all_arrive(apart)
+            raise
 
     def lead() -> Outcome:
         try:
@@ -76,6 +82,12 @@ def conducted(
 
     if comm.rank > 0:
         while (call_of_root := comm.bcast(None, root=0)) is not None:
-            with suppress(Exception):  # rank 0 meets it too, and tells
+            try:
                 joint(*call_of_root)
-    return on_root(comm, lead)
+            except Exception:
+                if not all_arrive(apart):
+                    raise
+                # rank 0 meets it too, and tells
+    outcome = on_root(comm, lead)
+    apart.Free()
+    return outcome

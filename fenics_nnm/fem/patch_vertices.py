@@ -13,6 +13,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.vertices import at_vertices
 
@@ -88,7 +89,7 @@ def _owned_vertices(solid: Solid, facets: Indices) -> dict[str, Array | Indices 
     scalar = at_vertices(mesh, areas.function_space.dofmap.list)[owned]
     touched = areas.x.array[scalar] > 0
     vertices, scalar = owned[touched], scalar[touched]
-    nodes = at_vertices(mesh, mesh.geometry.dofmap)[vertices]
+    nodes = at_vertices(mesh, cell_nodes(mesh))[vertices]
     blocks = at_vertices(mesh, solid.space.dofmap.list)[vertices]
     to_global = solid.space.dofmap.index_map.local_to_global
     return {

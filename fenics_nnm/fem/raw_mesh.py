@@ -60,8 +60,9 @@ def distributed(
     if raw is None:
         no_cells = np.empty((0, nodes), dtype=np.int64)
         raw = RawMesh(cell_type, dim, np.empty((0, dim)), no_cells, {}, {})
+    # by name: dolfinx 0.10 exchanged the last two
     mesh = dmesh.create_mesh(
-        comm, raw.cells, raw.points * metres, ufl_mesh(cell_type, dim, np.float64)
+        comm, raw.cells, x=raw.points * metres, e=ufl_mesh(cell_type, dim, np.float64)
     )
     mesh.topology.create_connectivity(dim - 1, dim)
     mesh.topology.create_connectivity(dim, dim - 1)

@@ -12,6 +12,7 @@ from dolfinx import mesh as dmesh
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.stress import Expr, assert_off_axis
 from fenics_nnm.materials.elasticity import Isotropic
@@ -106,7 +107,7 @@ def regions_on(tagged: TaggedMesh, regions: tuple[Region, ...]) -> Regions:
             f"material.cells: {without} cells have no material and {several} have more than one: "
             f"every cell must have exactly one; groups of cells: {_known(tagged)}"
         )
-    corners = tagged.mesh.geometry.dofmap
+    corners = cell_nodes(tagged.mesh)
     for region, own in zip(regions, cells, strict=True):
         assert_off_axis(region.material, tagged.mesh.geometry.x[np.unique(corners[own])])
     parts = zip((region.material for region in regions), cells, strict=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import ufl
-from dolfinx import default_scalar_type, fem
+from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
 from petsc4py import PETSc
 
@@ -82,6 +82,12 @@ class Solid:
         """Number of degrees of freedom of this rank."""
         return int(self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs)
 
+    @property
+    def free(self) -> int:
+        """Number of free degrees of freedom, of all ranks."""
+        clamped = int(np.count_nonzero(self.clamped < self.owned))
+        return self.dofs - int(self.tagged.mesh.comm.allreduce(clamped))
+
 
 def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> Solid:
     """Assemble stiffness and mass, clamped on the given local facets.
@@ -101,8 +107,8 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
     space = fem.functionspace(tagged.mesh, ("Lagrange", body.degree, (tagged.dim,)))
     strain_energy, inertia = _forms(space, body, regions)
     blocks = fem.locate_dofs_topological(space, tagged.dim - 1, clamped_facets)
-    zero = np.zeros(tagged.dim, dtype=default_scalar_type)
-    clamp = [fem.dirichletbc(zero, blocks, space)]
+    # a function, since from dolfinx 0.11 on a constant of a rod's vectors has another shape
+    clamp = [fem.dirichletbc(fem.Function(space), blocks)]
     K = assemble_matrix(fem.form(strain_energy), clamp, 1.0)
     M = assemble_matrix(fem.form(inertia), clamp, 0.0)
     vertices = _attach(tagged, space, body, (K, M), clamp)

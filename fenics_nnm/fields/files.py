@@ -10,9 +10,10 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.fields.body import field_body
-from fenics_nnm.fields.motion import MotionFiles
+from fenics_nnm.fields.motion import OF_STRESS, MotionFiles
 from fenics_nnm.fields.peak import peak_stress
 from fenics_nnm.fields.selection import FieldName
+from fenics_nnm.fields.stress_basis import stress_basis
 from fenics_nnm.fields.surface import contact_surface
 from fenics_nnm.fields.view import write_view
 from fenics_nnm.fields.vtu import grid_file
@@ -48,14 +49,16 @@ def write_motions(
     if not points:
         return
     body = field_body(branch)
-    files = MotionFiles(folder, branch, body, contact_surface(branch), fields, frames)
+    wanted = (OF_STRESS | {"peak_stress"}) & set(fields)
+    stresses = stress_basis(branch, body, points) if wanted else None
+    files = MotionFiles(folder, branch, body, stresses, contact_surface(branch), fields, frames)
     names = motion_names(points)
     for number, (name, point) in enumerate(zip(names, points, strict=True)):
         files.write(
             f"motion_{name}", point, lambda done: on_progress((number + done) / len(points))
         )
-        if "peak_stress" in fields:
-            peaks = peak_stress(branch, body, point, frames)
+        if stresses and "peak_stress" in fields:
+            peaks = peak_stress(stresses, point, frames)
             (folder / f"peak_stress_{name}.vtu").write_bytes(body.grid.bytes_with(peaks))
     shapes = {}
     for name, point in zip(names, points, strict=True):

@@ -12,6 +12,7 @@ from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.fields.body import FieldBody
 from fenics_nnm.fields.invariants import principal, von_mises
 from fenics_nnm.fields.selection import FieldName
+from fenics_nnm.fields.stress_basis import StressBasis
 from fenics_nnm.fields.surface import ContactSurface
 from fenics_nnm.fields.vtu import GridFile, write_collection
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -24,7 +25,7 @@ GAP = "gap (m)"
 PRINCIPAL = tuple(f"{which} principal stress (Pa)" for which in ("largest", "middle", "smallest"))
 
 _OF_BODY = {"displacement", "velocity", "von_mises", "principal_stress", "stress"}
-_OF_STRESS = {"von_mises", "principal_stress", "stress"}
+OF_STRESS = {"von_mises", "principal_stress", "stress"}
 _OF_SURFACE = {"contact_pressure", "gap"}
 
 
@@ -36,6 +37,7 @@ class MotionFiles:
         folder: Folder of the files.
         branch: Branch with its mesh and shapes.
         body: Its body.
+        stresses: Stresses of its shapes; needed where stresses are wanted.
         surface: Its contact surface.
         fields: Fields wanted.
         frames: Frames of a period, at equal steps; the last is one step before its end.
@@ -44,6 +46,7 @@ class MotionFiles:
     folder: Path
     branch: StoredBranch
     body: FieldBody
+    stresses: StressBasis | None
     surface: ContactSurface
     fields: Sequence[FieldName]
     frames: int
@@ -74,12 +77,13 @@ class MotionFiles:
             if "velocity" in self.fields:
                 (velocity,) = self.branch.velocity(point, phase)
                 fields["velocity (m/s)"] = in_space(self.body.on_grid(velocity))
-            if _OF_STRESS & set(self.fields):
-                fields.update(self._stresses(self.body.stress(displacement)))
+            if self.stresses and OF_STRESS & set(self.fields):
+                coordinates = self.stresses.coordinates(point, phase)[0]
+                fields.update(self._of_stress(self.stresses.stress(coordinates)))
             yield fields
             on_frame((number + 1) / len(times))
 
-    def _stresses(self, stress: Array) -> dict[str, Array]:
+    def _of_stress(self, stress: Array) -> dict[str, Array]:
         fields = {}
         if "von_mises" in self.fields:
             fields[VON_MISES] = von_mises(stress)

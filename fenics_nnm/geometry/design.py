@@ -38,8 +38,8 @@ Angle = Annotated[float, Field(gt=-90, lt=90, strict=True)]
 class DesignSection(GeometryRecord):
     """One row of a design table; lengths in the length_unit of the geometry, angles in degrees."""
 
-    r: Length = Field(description="distance from the machine axis")
-    chord: Length = Field(description="length of the chord")
+    r: Length = Field(description="distance from the machine axis, in length_unit")
+    chord: Length = Field(description="length of the chord, in length_unit")
     stagger: Angle = Field(
         description="angle of the chord from the machine axis in degrees, positive towards "
         "larger theta downstream"
@@ -48,14 +48,14 @@ class DesignSection(GeometryRecord):
         default=0.0,
         description="angle between the mean line's ends in degrees: inlet minus outlet angle",
     )
-    thickness: Length = Field(description="largest thickness")
+    thickness: Length = Field(description="largest thickness, in length_unit")
     edge_thickness: Length | None = Field(
         default=None,
         description="thickness of the trailing edge, and of the leading edge if biconvex; "
         "without it a tenth of thickness",
     )
-    lean: Coordinate = Field(default=0.0, description="shift towards larger theta")
-    sweep: Coordinate = Field(default=0.0, description="shift downstream, along x")
+    lean: Coordinate = Field(default=0.0, description="shift towards larger theta, in length_unit")
+    sweep: Coordinate = Field(default=0.0, description="shift downstream, along x, in length_unit")
 
     @model_validator(mode="after")
     def _edges_are_thin(self) -> Self:

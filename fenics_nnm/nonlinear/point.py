@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.nonlinear.contact_law import ContactForces
 from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution
@@ -83,6 +83,8 @@ class BranchPoint:
             (m // 2 + 1, n_c), or of all of it, shape (m, n_c), for a general series.
         free: Harmonics of the free displacement of the contact points in m, shape (N + 1, n_c), or
             (2 N + 1, n_c): they move by this less R lambda.
+        multipliers: Floquet multipliers of the motion that shooting finds, besides the two that are
+            1, by falling modulus, shape (2 J - 2,); empty where they are not known.
     """
 
     position: float
@@ -121,6 +123,7 @@ class BranchPoint:
     q: Array
     force: Array
     free: Array
+    multipliers: Complex
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,6 +207,7 @@ class PointMaker:
             q=solution.q * self.scales.amplitude,
             force=solution.forces.force * self.scales.force,
             free=solution.free * self.scales.length,
+            multipliers=np.empty(0, dtype=complex),
         )
 
     def solution(self, point: BranchPoint) -> Solution:

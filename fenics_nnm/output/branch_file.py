@@ -20,8 +20,9 @@ Layout (SI units):
                          matrices: u = shapes^T q - residual_shapes^T lambda
     /inertia/000000 ...  harmonics in m, (N + 1, nodes, dim), of the displacement that full order
                          adds to the point at the attribute position, if it has ParaView files
-    /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c);
-                         attributes: scalars of the point; by position
+    /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c), multipliers
+                         (2 J - 2, complex; none if not known); attributes: scalars of the point;
+                         by position
 
 The file of a finished run has all of this. While a run goes on, and after it was killed, points
 are in the folder `branch.points` beside it (see `journal`), and `read` looks there. In the end it
@@ -52,7 +53,7 @@ from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.resolution.resolution import Resolution
 
-FORMAT = "fenics_nnm branch 5"
+FORMAT = "fenics_nnm branch 6"
 
 #: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
 _OVERHEAD, _ONCE = 8192, 32768
@@ -171,6 +172,22 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
             points = [_point(group) for group in file["points"].values()] or unfinished
             latest = {point.position: point for point in points}
             return _header(file), tuple(latest[place] for place in sorted(latest))
+    except OSError as error:
+        if isinstance(error, OutputError):
+            raise
+        raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
+def study_text(path: Path) -> str:
+    """Text of the study file of any run, finished or not; its points are not read.
+
+    Raises:
+        OutputError: if the file cannot be read or is of another kind.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            _assert_format(path, str(file.attrs.get("format", "")))
+            return str(file.attrs["study"])
     except OSError as error:
         if isinstance(error, OutputError):
             raise

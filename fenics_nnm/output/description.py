@@ -58,7 +58,7 @@ def _first_event(rest: RestState, mode: int) -> tuple[str, str]:
     if not rest.is_linear(mode):
         return "gamma ratio 1", "with the reference displacement, the points that touch taken open"
     event = rest.at_one(mode)
-    return event, {"lift-off": "when it lifts off", "grazing": "when it grazes"}[event]
+    return event, {"lift-off": "when it lifts off", "first contact": "when it touches"}[event]
 
 
 def _resonances(study: Study, analysis: Analysis) -> list[str]:
@@ -79,7 +79,9 @@ def _resonances(study: Study, analysis: Analysis) -> list[str]:
         " mode j   harmonic n   omega_j / (n omega)   at (Hz)        near gamma ratio",
     ]
     for meeting in sorted(by_harmonic, key=lambda meeting: meeting.ratio):
-        near = "below grazing" if np.isnan(meeting.gamma_ratio) else f"{meeting.gamma_ratio:.3g}"
+        near = (
+            "below first contact" if np.isnan(meeting.gamma_ratio) else f"{meeting.gamma_ratio:.3g}"
+        )
         lines.append(
             f"{meeting.mode + 1:7d}   {meeting.harmonic:10d}   {meeting.ratio:19.4f}   "
             f"{meeting.ratio * hertz:<12.6g}   {near}"

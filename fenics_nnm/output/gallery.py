@@ -15,6 +15,7 @@ from fenics_nnm.output.pictures.backbone import frequency_plots
 from fenics_nnm.output.pictures.body import plan_energies, plan_mesh, view_of
 from fenics_nnm.output.pictures.contact import contact_plots
 from fenics_nnm.output.pictures.motion import motion_plots
+from fenics_nnm.output.pictures.multipliers import multiplier_plots
 from fenics_nnm.output.pictures.panels import Animation, Plan
 from fenics_nnm.output.pictures.renderer import RenderError, render
 from fenics_nnm.output.pictures.results import Results, read_results
@@ -41,6 +42,7 @@ _PLOTS: tuple[Callable[[Results], list[Plot]], ...] = (
     space_time_plots,
     share_plots,
     accuracy_plots,
+    multiplier_plots,
 )
 
 

@@ -1,8 +1,9 @@
 """Points of a run that is not finished: one small file each, in a folder beside branch.h5.
 
-`branch.points/000000.npz` ... in the order in which the points converged, each with q, force, free
-and `scalars`, the other attributes of the point as JSON in UTF-8. A file is there in full once its
-point was reported, and survives a power cut from then on; its size does not depend on the mesh.
+`branch.points/000000.npz` ... in the order in which the points converged, each with q, force,
+free, multipliers and `scalars`, the other attributes of the point as JSON in UTF-8. A file is there
+in full once its point was reported, and survives a power cut from then on; its size does not depend
+on the mesh.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from fenics_nnm.output.durable import PART, sync_folder, write_whole
 logger = logging.getLogger(__name__)
 
 #: Attributes of a point that are arrays, and the others.
-ARRAYS = ("q", "force", "free")
+ARRAYS = ("q", "force", "free", "multipliers")
 SCALARS = tuple(item.name for item in fields(BranchPoint) if item.name not in ARRAYS)
 
 

@@ -39,7 +39,12 @@ def versions() -> dict[str, str]:
 
 
 def run_summary(
-    chosen: Choice, analysis: Analysis, branch: Branch, timings: Mapping[str, float]
+    chosen: Choice,
+    analysis: Analysis,
+    branch: Branch,
+    timings: Mapping[str, float],
+    *,
+    inputs: Mapping[str, str],
 ) -> dict[str, Any]:
     """What is written of a run; called on all ranks.
 
@@ -48,6 +53,7 @@ def run_summary(
         analysis: Linear analysis of its structure.
         branch: The branch.
         timings: Seconds of each stage.
+        inputs: Digests of the files that the study names, by key.
     """
     study = chosen.study
     first = study.mode.number - 1
@@ -79,6 +85,7 @@ def run_summary(
         "failures": _failures(study, branch),
         "reason": branch.reason,
         "timings": dict(timings),
+        "inputs_sha256": dict(inputs),
         "versions": versions(),
     }
 

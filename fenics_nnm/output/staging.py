@@ -136,8 +136,9 @@ def rescue(staging: Staging) -> str:
         if not _is_bare(staging.path):
             return f"what there is stays in {staging.path}"
         remove(staging.path)
-        for path in staging.made:
-            path.rmdir()
+        with suppress(OSError):  # another run may have begun in a folder made for this one
+            for path in staging.made:
+                path.rmdir()
     except OSError as error:
         return f"what there is stays in {staging.path} ({error})"
     return ""
@@ -161,7 +162,7 @@ def stopped_runs(folder: Path) -> tuple[Stopped, ...]:
     return tuple(found)
 
 
-def living_run(folder: Path, *, but: Path) -> tuple[Path, str] | None:
+def living_run(folder: Path, *, but: Path | None = None) -> tuple[Path, str] | None:
     """Folder and owner of a run in a results folder, other than that in `but`; none if none is."""
     for path in running_folders(folder):
         if path != but and owner.standing(path) is Standing.LIVING:

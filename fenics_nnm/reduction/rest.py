@@ -118,7 +118,7 @@ class RestState:
         """What happens at gamma ratio 1."""
         if not self.is_linear(mode):
             return "reference displacement"
-        return "lift-off" if self.closed[self.first(mode)] else "grazing"
+        return "lift-off" if self.closed[self.first(mode)] else "first contact"
 
     def first(self, mode: int) -> int:
         """The contact point of the first event, or the first touching point to move that far."""

@@ -14,13 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis
+from fenics_nnm.analysis import Analyse, Analysis, linear_analysis
 from fenics_nnm.errors import TooManyModesError
-from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.series_error import MORE_HARMONICS
-from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
 from fenics_nnm.resolution.accuracy import SOURCES, Accuracy, accuracy
 from fenics_nnm.resolution.finer import MOST, Finer, least
 from fenics_nnm.resolution.probes import probed, probes
@@ -29,8 +27,6 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
 
 logger = logging.getLogger(__name__)
-
-Analysis = LinearAnalysis | MatrixAnalysis
 
 #: A branch is followed at most so many times.
 _ROUNDS = 3
@@ -92,6 +88,7 @@ def choice(
     stages: Stages | None = None,
     *,
     found: Resolution | None = None,
+    analyse: Analyse | None = None,
 ) -> Choice:
     """Find the numbers of a study that are "auto", and all that is linear of it.
 
@@ -100,17 +97,18 @@ def choice(
         comm: Communicator of the mesh.
         stages: Timings and progress.
         found: Numbers that an earlier run of the study found.
+        analyse: Finds what is linear of a study, in place of `linear_analysis`.
 
     Raises:
         NonlinearModeError: as `linear_analysis`.
     """
-    stages = stages or Stages()
+    stages, analyse = stages or Stages(), analyse or linear_analysis
     if not study.automatic:
-        return Choice(study, study, linear_analysis(study, comm, stages))
+        return Choice(study, study, analyse(study, comm, stages))
     if found:
         given = study.with_resolution(found)
-        return Choice(study, given, linear_analysis(given, comm, stages))
-    models = _Models(study, comm, stages)
+        return Choice(study, given, analyse(given, comm, stages))
+    models = _Models(study, comm, stages, analyse)
     return _search(models, Finer(study), least(study), ())
 
 
@@ -118,12 +116,17 @@ def provisional(study: Study, comm: MPI.Comm, stages: Stages | None = None) -> C
     """A study with the numbers that a search begins with, to look at before they are found."""
     if not study.automatic:
         return choice(study, comm, stages)
-    at, analysis = _Models(study, comm, stages or Stages()).of(least(study))
+    at, analysis = _Models(study, comm, stages or Stages(), linear_analysis).of(least(study))
     return Choice(study, study.with_resolution(at), analysis)
 
 
 def improved(
-    chosen: Choice, points: Sequence[BranchPoint], comm: MPI.Comm, stages: Stages
+    chosen: Choice,
+    points: Sequence[BranchPoint],
+    comm: MPI.Comm,
+    stages: Stages,
+    *,
+    analyse: Analyse | None = None,
 ) -> Choice | None:
     """Finer numbers where a branch is less accurate than was expected; None where it is as wanted.
 
@@ -132,6 +135,7 @@ def improved(
         points: Its points, the same on all ranks.
         comm: Communicator of the mesh.
         stages: Timings and progress.
+        analyse: Finds what is linear of a study, in place of `linear_analysis`.
     """
     if not chosen.automatic or not points or chosen.round + 1 >= _ROUNDS:
         return None
@@ -141,7 +145,7 @@ def improved(
     worst = accuracy(points, finer.free)
     if worst.only(finer.free).meets(chosen.study.tolerance):
         return None
-    models = _Models(chosen.asked, comm, stages)
+    models = _Models(chosen.asked, comm, stages, analyse or linear_analysis)
     raised = finer.raised(chosen.study.resolution, worst)
     if raised is None:
         return None
@@ -199,6 +203,7 @@ class _Models:
     study: Study
     comm: MPI.Comm
     stages: Stages
+    analyse: Analyse
     _kept: Analysis | None = None
     _all: bool = False
 
@@ -210,7 +215,7 @@ class _Models:
         the largest number tried allows.
         """
         if self.study.reduction.modes != "auto":
-            self._kept = self._kept or linear_analysis(self.study, self.comm, self.stages)
+            self._kept = self._kept or self.analyse(self.study, self.comm, self.stages)
             return at, self._kept
         if self.study.reduction.method == "craig-bampton":
             analysis = self._analysis(at.modes)
@@ -239,7 +244,7 @@ class _Models:
         """An analysis of so many modes, or of as many as leave something to the contact points."""
         while True:
             try:
-                return linear_analysis(self.study, self.comm, self.stages, at_most=count)
+                return self.analyse(self.study, self.comm, self.stages, at_most=count)
             except TooManyModesError:
                 if count <= self.study.mode.number:
                     raise

@@ -135,7 +135,9 @@ def _energies(study: Study, chosen: Choice) -> tuple[float, ...]:
     reported = tuple(ratio for ratio in study.continuation.report_at if ratio > 1)
     spread = probes(study, chosen.analysis.model, count=_ENERGIES + 1)[1:]
     if not reported and not spread:
-        raise StudyError("continuation.energies: end below grazing, where all numbers are exact")
+        raise StudyError(
+            "continuation.energies: end below first contact, where all numbers are exact"
+        )
     return reported or spread
 
 

@@ -44,15 +44,23 @@ def read_study(path: Path) -> Study:
     Raises:
         StudyError: with one line that names the key, its value and what would be right.
     """
+    return study_from(read_values(path), path)
+
+
+def read_values(path: Path) -> dict[str, Any]:
+    """Read the values of a study file, which are not checked yet.
+
+    Raises:
+        StudyError: if it cannot be read or is not TOML.
+    """
     try:
         text = path.read_bytes().decode()
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path}: cannot be read: {plain(error)}") from error
     try:
-        values = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{path}: is not TOML: {error}") from error
-    return study_from(values, path)
 
 
 def study_from(values: dict[str, Any], path: Path) -> Study:

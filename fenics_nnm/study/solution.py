@@ -41,6 +41,19 @@ class ReductionSection(Record):
         return self
 
 
+class SolverSection(Record):
+    """How the linear equations of a mesh are solved."""
+
+    linear: Literal["auto", "direct", "iterative"] = Field(
+        "auto",
+        description='"direct": by factors of the stiffness; "iterative"; or "auto": direct if the '
+        "factors fit in memory",
+    )
+    memory: Positive | None = Field(
+        None, description="GiB that factors may take on a machine (default: 80 % of what is free)"
+    )
+
+
 class AugmentedLagrangianSection(Record):
     """Multipliers of contact points that carry mass."""
 

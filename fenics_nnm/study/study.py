@@ -25,7 +25,12 @@ from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.mesh import CadFile, MeshFile
 from fenics_nnm.study.output import OutputSection
 from fenics_nnm.study.record import Record
-from fenics_nnm.study.solution import AugmentedLagrangianSection, ModeSection, ReductionSection
+from fenics_nnm.study.solution import (
+    AugmentedLagrangianSection,
+    ModeSection,
+    ReductionSection,
+    SolverSection,
+)
 
 #: Relative error of the frequency that "auto" meets if none is given.
 DEFAULT_TOLERANCE = 1e-3
@@ -193,6 +198,21 @@ class MeshStudy(_AnyStudy):
     spring: tuple[SpringSection, ...] = ()
     clamp: ClampSection | None = None
     contact: ContactSection | PatchesSection
+    solver: SolverSection = SolverSection()
+
+    @model_validator(mode="after")
+    def _solver_fits_reduction(self) -> MeshStudy:
+        if self.solver.linear == "iterative" and self.reduction.method != "massless":
+            raise ValueError(
+                f'solver.linear = "iterative": does not go with reduction.method = '
+                f'"{self.reduction.method}", which needs factors: must be "direct" or "auto"'
+            )
+        if self.solver.linear == "iterative" and self.body.degree < 2:
+            raise ValueError(
+                f'solver.linear = "iterative": needs quadratic elements: body.degree = '
+                f"{self.body.degree} must be 2"
+            )
+        return self
 
     @model_validator(mode="after")
     def _materials_have_cells(self) -> MeshStudy:
@@ -214,7 +234,7 @@ class MatrixStudy(_AnyStudy):
     @model_validator(mode="before")
     @classmethod
     def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("mesh", "groups", "body", "material", "clamp", "mass", "spring"):
+        for key in ("mesh", "groups", "body", "material", "clamp", "mass", "spring", "solver"):
             if key in values:
                 raise ValueError(
                     f"{key}: does not go with [matrices], which hold the whole structure, "

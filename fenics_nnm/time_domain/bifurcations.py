@@ -30,7 +30,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.time_domain.family import Steps, family_tangent, periodic_motion
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.period_map import PeriodMap, Target, period_map
@@ -39,7 +39,6 @@ from fenics_nnm.time_domain.stability import (
     COMPLEX,
     DOUBLING,
     REAL,
-    Complex,
     Stability,
     stability_of,
 )
@@ -73,14 +72,27 @@ _AT_REST = 1e-16
 
 
 @dataclass(frozen=True, slots=True)
-class Bifurcation:
-    """A bifurcation between two points of a branch.
+class Place:
+    """Where a bifurcation is.
 
     Attributes:
         kind: One of `KINDS`.
         gamma_ratio: Modal energy coordinate over its value at grazing.
         energy: Total energy in J.
         frequency: Frequency in Hz.
+    """
+
+    kind: str
+    gamma_ratio: float
+    energy: float
+    frequency: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bifurcation(Place):
+    """A bifurcation between two points of a branch.
+
+    Attributes:
         multiplier: Where the multiplier leaves the unit circle.
         bracket: Energies in J of the two exact motions that it lies between, in the order of the
             branch; at a fold both are on one side of it.
@@ -90,10 +102,6 @@ class Bifurcation:
         stable_after: Whether it is stable just after it.
     """
 
-    kind: str
-    gamma_ratio: float
-    energy: float
-    frequency: float
     multiplier: complex
     bracket: tuple[float, float]
     breaks_time_reversal: bool

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.time_domain.bifurcations import Witness
@@ -40,6 +43,7 @@ def certified(flow: Flow, series: Series, point: BranchPoint) -> tuple[BranchPoi
         shot_return_error=shot.return_error,
         largest_multiplier=found.largest,
         stability="" if found.failure else found.kind or STABLE,
+        multipliers=found.multipliers,
     )
     return certain, None if found.failure else Witness(point.gamma_ratio, shot, found)
 
@@ -50,8 +54,15 @@ def shot_motion(flow: Flow, series: Series, point: BranchPoint) -> ShotMotion:
     return shoot(flow, series, point, options=_SHORT_WALK if near else _DIRECT)
 
 
-def of_linear_mode(point: BranchPoint) -> BranchPoint:
-    """A point without contact: the linear mode itself is its exact motion, and stable."""
+def of_linear_mode(point: BranchPoint, others: Array) -> BranchPoint:
+    """A point without contact: the linear mode itself is its exact motion, and stable.
+
+    Args:
+        point: The point.
+        others: Circular frequencies in rad/s of the other linear modes, shape (J - 1,): over the
+            period T their phases turn by omega_j T, so exp(+-i omega_j T) are the multipliers.
+    """
+    turns = np.exp(1j * others / point.frequency)
     return replace(
         point,
         shot_frequency=point.frequency,
@@ -59,4 +70,5 @@ def of_linear_mode(point: BranchPoint) -> BranchPoint:
         shot_return_error=0.0,
         largest_multiplier=1.0,
         stability=STABLE,
+        multipliers=np.concatenate([turns, turns.conj()]),
     )

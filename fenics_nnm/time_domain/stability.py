@@ -19,17 +19,13 @@ and the other 2 J - 2 multipliers are the eigenvalues of the block M_Q, without 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eig
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.shooting import ShotMotion
-
-Complex = NDArray[np.complexfloating[Any, Any]]
 
 #: Multipliers within this distance of the unit circle are on it.
 _ON_CIRCLE = 1e-6

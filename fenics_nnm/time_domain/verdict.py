@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.fourier import Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.resonance import UNNAMED, stands_still, strongest_resonance
@@ -74,6 +75,7 @@ _UNJUDGED: dict[str, Any] = {
     "shot_return_error": float("nan"),
     "largest_multiplier": float("nan"),
     "stability": "",
+    "multipliers": np.empty(0, dtype=complex),
 }
 
 #: Why points of models without an integration in time are not verified.
@@ -117,8 +119,9 @@ def judged(
     """
     flow = Flow(model) if model.massless else None
     resonances = [internal_resonance(model, series, point, mode, harmonic) for point in points]
+    others = np.delete(model.at_rest().omega, mode)
     pairs = [
-        _judged(flow, series, replace(point, resonance=resonance, **_UNJUDGED), shooting)
+        _judged(flow, series, replace(point, resonance=resonance, **_UNJUDGED), others, shooting)
         for point, resonance in zip(points, resonances, strict=True)
     ]
     found = Bifurcations()
@@ -142,9 +145,12 @@ def internal_resonance(
 
 
 def _judged(
-    flow: Flow | None, series: Series, point: BranchPoint, shooting: bool
+    flow: Flow | None, series: Series, point: BranchPoint, others: Array, shooting: bool
 ) -> tuple[BranchPoint, Witness | None]:
-    """A point with its verdict, and its exact motion if there is one."""
+    """A point with its verdict, and its exact motion if there is one.
+
+    `others` are the circular frequencies of the linear modes besides the followed one.
+    """
     witness = None
     found = returned(flow, series, point) if flow else UNKNOWN_RETURN
     point = replace(
@@ -156,7 +162,7 @@ def _judged(
     if flow and shooting and not np.isnan(found.after_one):
         point, witness = certified(flow, series, point)
     if _is_linear(point):
-        point = of_linear_mode(point)
+        point = of_linear_mode(point, others)
     return _verdict(point, found, massless=flow is not None), witness
 
 

@@ -119,7 +119,9 @@ def _contact(results: Results) -> str:
     low, high = float(gap.min()), float(gap.max())
     across = length(low) if np.isclose(low, high) else f"{length(low)} to {length(high)}"
     area = "" if results.areas is None else f" ({plain(1e6 * float(results.areas.sum()))} mm²)"
-    told = f"{points}{area} can meet an obstacle without friction across a gap of {across}."
+    facing = results.body is not None and results.body.facet_side.any()
+    met = "the facets opposite" if facing else "an obstacle"
+    told = f"{points}{area} can meet {met} without friction across a gap of {across}."
     return told + _rest(results.summary.get("at_rest"))
 
 

@@ -1,4 +1,4 @@
-"""The certificate of a branch: its errors over energy, and the stability of its motions."""
+"""The certificate of a branch: its errors over energy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
-    BLUE,
     CURVES,
     GAMMA,
     GREY,
@@ -21,9 +20,6 @@ from fenics_nnm.time_domain.verdict import VERIFIED_CHANGE, VERIFIED_RETURN_ERRO
 
 #: Errors below this are round-off and are not drawn.
 _ROUND_OFF = 1e-15
-
-#: Multipliers up to this need no logarithmic axis.
-_LINEAR = 2.0
 
 
 class _Error(NamedTuple):
@@ -44,11 +40,7 @@ _ERRORS = (
 
 
 def accuracy_plots(results: Results) -> list[Plot]:
-    """The certificate and the largest Floquet multipliers; what is not known is left out."""
-    return [*_certificate(results), *_multipliers(results)]
-
-
-def _certificate(results: Results) -> list[Plot]:
+    """The certificate; errors that are not known are left out."""
     figure = new_figure(4.1)
     axes = new_axes(figure, GAMMA, "relative error  (1)")
     told = []
@@ -74,26 +66,3 @@ def _certificate(results: Results) -> list[Plot]:
         "Values below 1e-15 are left out."
     )
     return [Plot("certificate", "Error certificate", caption, "accuracy", figure)]
-
-
-def _multipliers(results: Results) -> list[Plot]:
-    largest = np.array([point.largest_multiplier for point in results.points])
-    if not np.isfinite(largest).any():
-        return []
-    figure = new_figure(3.0)
-    axes = new_axes(figure, GAMMA, "largest multiplier, modulus  (1)")
-    axes.plot(results.ratios, largest, "o-", ms=3.5, lw=1, color=BLUE, label="exact motion nearby")
-    axes.axhline(1, color=GREY, lw=1, ls="--", label="stable: on the unit circle")
-    if np.nanmax(largest) > _LINEAR:
-        axes.set_yscale("log")
-    else:
-        axes.set_ylim(0.95, max(1.05, 1.02 * np.nanmax(largest)))
-    legend_below(figure, axes)
-    missing = int(np.isnan(largest).sum())
-    caption = (
-        "Largest modulus (no unit) of the Floquet multipliers of the exact motion near each point, "
-        "over the gamma ratio. It is 1 where the motion is stable; small disturbances grow "
-        "by this factor in each period where it is larger."
-        + (f" Not known at {missing} of {len(largest)} points." if missing else "")
-    )
-    return [Plot("multipliers", "Floquet multipliers", caption, "accuracy", figure)]

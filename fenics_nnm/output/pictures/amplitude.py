@@ -13,6 +13,9 @@ from fenics_nnm.output.pictures.style import Unit, unit_for
 #: Instants of a period at which the largest displacement is looked for.
 _INSTANTS = 48
 
+#: Coordinates of a place below this part of the largest are zero.
+_ROUND_OFF = 1e-9
+
 
 @dataclass(frozen=True, slots=True)
 class Amplitude:
@@ -59,5 +62,6 @@ def amplitude_of(results: Results) -> Amplitude:
 
 
 def place_of(at: Array) -> str:
-    """A place (x, y, z) in m in words."""
-    return "({:.4g}, {:.4g}, {:.4g}) mm".format(*(1e3 * at))
+    """A place (x, y, z) in m in words; round-off is zero."""
+    rounded = np.where(np.abs(at) > _ROUND_OFF * np.abs(at).max(), at, 0.0)
+    return "({:.4g}, {:.4g}, {:.4g}) mm".format(*(1e3 * rounded))

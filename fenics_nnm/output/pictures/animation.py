@@ -74,13 +74,20 @@ def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
         times = "to scale" if factor == 1 else f"{factor:g} times as large"
         caption = (
             f"One period of nonlinear mode {results.header.mode} at gamma ratio "
-            f"{point.gamma_ratio:g} ({point.frequency:.5g} Hz). Colours: displacement in "
+            f"{point.gamma_ratio:.4g} ({point.frequency:.5g} Hz). Colours: displacement in "
             f"{unit.name}, drawn {times}; lines: at rest; red balls: contact points that touch. "
-            "The middle of contact is at t / T = 0.5."
+            f"The middle of contact is at t / T = 0.5.{_overlap(body, factor)}"
         )
         return Animation("motion", "Motion over one period", caption, "body", frames)
 
     return Plan(scenes, finish)
+
+
+def _overlap(body: StoredBranch, factor: float) -> str:
+    """Why patches that face each other seem to overlap where displacements are enlarged."""
+    if factor == 1 or not body.facet_side.any():
+        return ""
+    return " Gaps are not enlarged, so facing patches seem to pass through each other."
 
 
 def write_gif(path: Path, frames: Sequence[Image]) -> None:
@@ -116,7 +123,7 @@ def _touching(
 
 
 def _title(point: BranchPoint) -> str:
-    return f"gamma ratio {point.gamma_ratio:g}, {point.frequency:.5g} Hz"
+    return f"gamma ratio {point.gamma_ratio:.4g}, {point.frequency:.5g} Hz"
 
 
 def _frames(

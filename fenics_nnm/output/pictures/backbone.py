@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,7 +27,7 @@ from fenics_nnm.output.pictures.style import (
     new_axes,
     new_figure,
 )
-from fenics_nnm.time_domain.bifurcations import KINDS, Bifurcation
+from fenics_nnm.time_domain.bifurcations import KINDS, Place
 from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
 
 
@@ -71,23 +70,6 @@ _LETTER = 9.0
 _ROOM = 0.1
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where a bifurcation is.
-
-    Attributes:
-        kind: One of `KINDS`.
-        gamma_ratio: Modal energy coordinate over its value at grazing.
-        energy: Total energy in J.
-        frequency: Frequency in Hz.
-    """
-
-    kind: str
-    gamma_ratio: float
-    energy: float
-    frequency: float
-
-
 def plot_backbone(
     path: Path,
     points: Sequence[BranchPoint],
@@ -95,8 +77,8 @@ def plot_backbone(
     title: str,
     linear_frequency: float,
     failures: Sequence[Mapping[str, Any]] = (),
-    bifurcations: Sequence[Bifurcation] = (),
-    at_one: str = "grazing",
+    bifurcations: Sequence[Place] = (),
+    at_one: str = "first contact",
     curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
 ) -> None:
     """Frequency over gamma ratio and over energy, with the Rayleigh frequency.
@@ -118,9 +100,8 @@ def plot_backbone(
     ratios, energies = _of(points, "gamma_ratio"), _of(points, "energy")
     _draw(left, ratios, points)
     _draw(right, energies, points)
-    places = [Place(b.kind, b.gamma_ratio, b.energy, b.frequency) for b in bifurcations]
-    _draw_bifurcations(left, [place.gamma_ratio for place in places], places)
-    _draw_bifurcations(right, [place.energy for place in places], places)
+    _draw_bifurcations(left, [place.gamma_ratio for place in bifurcations], bifurcations)
+    _draw_bifurcations(right, [place.energy for place in bifurcations], bifurcations)
     for axes in (left, right):
         axes.axhline(linear_frequency, color=GREY, lw=0.8, label="linear mode")
     styles = ("k-", "k:", "k-.")
@@ -169,7 +150,7 @@ def _frequency_plot(
     axes.axhline(results.linear_frequency, color=GREY, lw=0.8, label="linear mode")
     if over == "gamma ratio":
         _draw_failures(axes, results.summary.get("failures", []), results.linear_frequency)
-        at_one = results.summary.get("at_rest", {}).get("at_gamma_ratio_1", "grazing")
+        at_one = results.summary.get("at_rest", {}).get("at_gamma_ratio_1", "first contact")
         axes.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
     if over == "energy":
         _set_energy_scale(axes, abscissa)

@@ -9,6 +9,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -104,7 +105,7 @@ def _force(results: Results) -> list[Plot]:
     for point, (time, _), force, colour in zip(
         chosen, periods, forces, shades(len(chosen)), strict=True
     ):
-        name = f"{point.gamma_ratio:g}"
+        name = f"{point.gamma_ratio:.4g}"
         axes.plot(time, unit.factor * force, color=colour, lw=1.2, label=name)
     legend_below(figure, axes, 3, "gamma ratio  (1)")
     caption = (
@@ -184,8 +185,9 @@ def _map_figure(
 def _label_map(axes: Axes, point: BranchPoint, *, last: bool) -> None:
     label(axes, TIME if last else "", "contact point  (1)")
     axes.grid(visible=False)
+    axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))
     axes.set_title(
-        f"gamma ratio {point.gamma_ratio:g}, {point.frequency:.5g} Hz",
+        f"gamma ratio {point.gamma_ratio:.4g}, {point.frequency:.5g} Hz",
         fontsize=8.5,
     )
 
@@ -194,11 +196,14 @@ def _duration(results: Results) -> Plot:
     figure = new_figure(3.5)
     axes = new_axes(figure, GAMMA, "time in contact over period  (%)")
     anywhere, mean, busiest = (100 * share for share in touching_shares(results))
-    curves = [("anywhere", anywhere, BLUE, "o")]
+    curves = [("anywhere", anywhere, BLUE, "o", 6.0)]  # seen behind a busiest point like it
     if results.model.points > 1:
-        curves += [("busiest point", busiest, RED, "s"), ("mean of the points", mean, GREEN, "^")]
-    for name, values, colour, marker in curves:
-        axes.plot(results.ratios, values, color=colour, marker=marker, ms=3.5, lw=1, label=name)
+        curves += [
+            ("busiest point", busiest, RED, "s", 3.0),
+            ("mean of the points", mean, GREEN, "^", 3.5),
+        ]
+    for name, values, colour, marker, size in curves:
+        axes.plot(results.ratios, values, color=colour, marker=marker, ms=size, lw=1, label=name)
     axes.set_ylim(bottom=0)
     legend_below(figure, axes, columns=3)
     milliseconds = 1e3 * results.points[-1].contact_fraction / results.points[-1].frequency

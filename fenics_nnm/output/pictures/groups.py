@@ -9,28 +9,33 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_nnm.arrays import Array, Indices, in_space
+from fenics_nnm.contact_patches import casing_surface
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.mesh_groups import MeshGroups, gathered_groups
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.output.pictures.body import BODY, OUTLINE, contact_balls, size_of
+from fenics_nnm.output.pictures.casing_sheet import CASING_TINT, casing_layers
 from fenics_nnm.output.pictures.panels import height_over_width, legend_of, show
 from fenics_nnm.output.pictures.renderer import Image, RenderError, render
 from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
-from fenics_nnm.output.pictures.style import BLACK, CURVES, new_figure, unit_for
+from fenics_nnm.output.pictures.style import BLACK, colours_of_parts, new_figure, unit_for
 from fenics_nnm.study import MeshStudy, Study
-
-#: Colours of groups of facets, and light ones of groups of cells; then from the beginning.
-_FACETS = [colour for colour, _ in CURVES[:-1]]
-_CELLS = ("#d7dee6", "#f0e6c8", "#d9ead3", "#ead1dc", "#cfe2f3", "#fce5cd")
+from fenics_nnm.study.casing import CasingSection
 
 #: Length of the arrows at contact points, as a part of the size of the body.
 _ARROW = 0.09
 
 #: Longer side of a panel in pixels, its width in inches, and dots per inch of the file.
 _PIXELS, _WIDTH, _DOTS = 900, 4.6, 150
+
+Entry = tuple[str, str, str]
+"""Kind, colour and name of an entry of the legend."""
+
+#: What a round casing is called, by where the body is.
+_ROUND = {"inside": "casing", "outside": "shaft"}
 
 #: Names of groups stand so far apart, beside and above each other, in points, and in such boxes.
 _APART = np.array([60.0, 13.0])
@@ -47,13 +52,22 @@ def roles_of(study: Study) -> dict[str, str]:
     return {**clamped, **dict.fromkeys(touching, "contact")}
 
 
+def casings_of(study: Study) -> dict[int, CasingSection]:
+    """Casings of a study by the number of their patch."""
+    if not isinstance(study, MeshStudy):
+        return {}
+    patches = enumerate(study.contact.patches.values())
+    return {number: patch.casing for number, patch in patches if patch.casing is not None}
+
+
 def draw_groups(
     path: Path,
     tagged: TaggedMesh,
     roles: Mapping[str, str],
     interface: ContactInterface | None = None,
+    casings: Mapping[int, CasingSection] | None = None,
 ) -> None:
-    """Draw a mesh with its groups, and with its contact points if they are known.
+    """Draw a mesh with its groups, and with its contact points and casings if they are known.
 
     A solid is drawn from two opposite sides. To be called on all ranks.
 
@@ -62,6 +76,7 @@ def draw_groups(
         tagged: The mesh.
         roles: What named groups are there for.
         interface: Contact points.
+        casings: Casings by the number of their patch; drawn if there are contact points.
 
     Raises:
         OutputError: if there is no renderer, or the file cannot be written.
@@ -71,7 +86,7 @@ def draw_groups(
     def draw() -> None:
         assert groups is not None  # as this is rank 0
         try:
-            _draw(path, groups, roles, interface)
+            _draw(path, groups, roles, interface, casings or {})
         except RenderError as error:
             raise OutputError(f"{path}: cannot be drawn: {error}") from error
         except OSError as error:
@@ -85,31 +100,33 @@ def _draw(
     groups: MeshGroups,
     roles: Mapping[str, str],
     interface: ContactInterface | None,
+    casings: Mapping[int, CasingSection],
 ) -> None:
     skin = skin_around(groups.nodes, groups.faces, groups.dim)
     directions = interface.directions if interface else np.empty((0, groups.dim))
     front = best_view(skin, directions)
     views = [front, front.opposite] if groups.dim == 3 else [front]
-    layers = [*_body(groups, skin), *_facets(groups, skin)]
+    layers = [*_body(groups, skin), *_facets(groups, skin, roles)]
     if interface:
         layers += _contact(interface, size_of(skin.places))
-    places = np.vstack([skin.places, *(_arrow_ends(layer) for layer in layers)])
+        layers += _casings(interface, casings, size_of(skin.places))
+    places = np.vstack([skin.places, *(_reach(layer) for layer in layers)])
     cameras = [Camera.around(places, view, pixels=_PIXELS, slenderness=0.3) for view in views]
     images = render([Scene(layers, camera) for camera in cameras])
-    _compose(path, groups, roles, interface, views, cameras, images)
+    entries = _entries(groups, roles, interface)
+    entries += _casing_entries(interface, casings) if interface else []
+    _compose(path, groups, entries, views, cameras, images)
 
 
 def _compose(
     path: Path,
     groups: MeshGroups,
-    roles: Mapping[str, str],
-    interface: ContactInterface | None,
+    entries: Sequence[Entry],
     views: Sequence[View],
     cameras: Sequence[Camera],
     images: Sequence[Image],
 ) -> None:
     """Panels beside each other, with names at the groups and a legend."""
-    entries = _entries(groups, roles, interface)
     height = max(height_over_width(camera) for camera in cameras) * _WIDTH
     height = float(np.clip(height, 1.5, 7.5)) + 0.3 + 0.2 * -(-len(entries) // 3)
     figure = new_figure(height, _WIDTH * len(views))
@@ -137,19 +154,24 @@ def _body(groups: MeshGroups, skin: Skin) -> list[Layer]:
     """The faces, those of each group of cells alike, and the outline."""
     layers: list[Layer] = [Faces(skin.places, skin.faces, BODY, edges=True)]
     if len(groups.cells) > 1:
+        colours = colours_of_parts(len(groups.cells), light=True)
         layers = [
-            Faces(skin.places, skin.faces[rows], _CELLS[number % len(_CELLS)], edges=True)
-            for number, rows in enumerate(groups.cells.values())
+            Faces(skin.places, skin.faces[rows], colour, edges=True)
+            for colour, rows in zip(colours, groups.cells.values(), strict=True)
             if len(rows)
         ]
     return [*layers, Lines(skin.places[skin.edges], OUTLINE, 1.5)]
 
 
-def _facets(groups: MeshGroups, skin: Skin) -> list[Layer]:
-    """Groups of facets: faces of a solid, edges of a plane body, ends of a rod."""
+def _facets(groups: MeshGroups, skin: Skin, roles: Mapping[str, str]) -> list[Layer]:
+    """Groups of facets: faces of a solid, edges of a plane body, ends of a rod.
+
+    Those that are held or in contact come last, over others with the same facets.
+    """
     layers: list[Layer] = []
-    for number, corners in enumerate(groups.facets.values()):
-        colour = _FACETS[number % len(_FACETS)]
+    colours = dict(zip(groups.facets, colours_of_parts(len(groups.facets)), strict=True))
+    for name in sorted(groups.facets, key=lambda name: name in roles):
+        colour, corners = colours[name], groups.facets[name]
         if not len(corners):
             continue
         if groups.dim == 3:
@@ -168,29 +190,66 @@ def _contact(interface: ContactInterface, size: float) -> list[Layer]:
     return [contact_balls(places, size, BLACK), Arrows(places, _ARROW * size * directions, BLACK)]
 
 
-def _arrow_ends(layer: Layer) -> Array:
-    return layer.places + layer.vectors if isinstance(layer, Arrows) else np.empty((0, 3))
+def _casings(
+    interface: ContactInterface, casings: Mapping[int, CasingSection], size: float
+) -> list[Layer]:
+    dim = interface.points.shape[1]
+    return [
+        layer
+        for number, casing in casings.items()
+        for layer in casing_layers(
+            casing_surface(casing), interface.points[interface.patch == number], size, dim
+        )
+    ]
+
+
+def _reach(layer: Layer) -> Array:
+    """Places in m that a layer reaches to besides the body, shape (p, 3)."""
+    if isinstance(layer, Arrows):
+        return layer.places + layer.vectors
+    return layer.ends.reshape(-1, 3) if isinstance(layer, Lines) else np.empty((0, 3))
 
 
 def _entries(
     groups: MeshGroups, roles: Mapping[str, str], interface: ContactInterface | None
-) -> list[tuple[str, str, str]]:
-    """Kind, colour and name of each entry of the legend."""
+) -> list[Entry]:
+    """Groups and contact points in the legend."""
     kind = {3: "face", 2: "line", 1: "ball"}[groups.dim]
     entries = []
-    for number, (name, corners) in enumerate(groups.facets.items()):
-        told = [f"{len(corners)} facets", *([roles[name]] if name in roles else [])]
-        entries.append((kind, _FACETS[number % len(_FACETS)], f"{name} ({', '.join(told)})"))
+    colours = colours_of_parts(len(groups.facets))
+    for colour, (name, corners) in zip(colours, groups.facets.items(), strict=True):
+        told = [f"{len(corners)} facets", roles.get(name) or _covered(groups, corners, roles)]
+        entries.append((kind, colour, f"{name} ({', '.join(filter(None, told))})"))
     if len(groups.cells) > 1:
+        colours = colours_of_parts(len(groups.cells), light=True)
         entries += [
-            ("face", _CELLS[number % len(_CELLS)], f"cells {name}")
-            for number, name in enumerate(groups.cells)
+            ("face", colour, f"cells {name}")
+            for colour, name in zip(colours, groups.cells, strict=True)
         ]
     if interface:
         gap = unit_for(interface.gap, "m")
         low, high = gap.factor * interface.gap.min(), gap.factor * interface.gap.max()
         gaps = f"{low:.4g}" if np.isclose(low, high) else f"{low:.4g} to {high:.4g}"
         entries.append(("ball", BLACK, f"{interface.count} contact points, gap {gaps} {gap.name}"))
+    return entries
+
+
+def _covered(groups: MeshGroups, corners: Indices, roles: Mapping[str, str]) -> str:
+    """The groups with a role that are drawn over all of a group, or nothing."""
+    over = {frozenset(f): name for name in roles for f in groups.facets.get(name, ())}
+    found = {over.get(frozenset(facet), "") for facet in corners}
+    return f"part of {', '.join(sorted(found))}" if found and "" not in found else ""
+
+
+def _casing_entries(
+    interface: ContactInterface, casings: Mapping[int, CasingSection]
+) -> list[Entry]:
+    """Casings in the legend, with the patch where there are several."""
+    entries = []
+    for number, casing in casings.items():
+        name = "obstacle" if casing.shape == "plane" else _ROUND[casing.body or "inside"]
+        of = f" of {interface.names[number]}" if len(interface.names) > 1 else ""
+        entries.append(("face", CASING_TINT, f"{name}{of} ({casing.shape})"))
     return entries
 
 

@@ -95,7 +95,7 @@ def _phase_plot(
     for each, u, v, colour in zip(
         chosen, displacements, velocities, shades(len(chosen)), strict=True
     ):
-        name = f"{each.gamma_ratio:g}"
+        name = f"{each.gamma_ratio:.4g}"
         axes.plot(length.factor * u, speed.factor * v, color=colour, lw=1.1, label=name)
     caption = (
         f"Displacement in {length.name} and velocity in {speed.name} {told} over one period, at "
@@ -123,7 +123,7 @@ def _orbit(results: Results, body: StoredBranch) -> list[Plot]:
     for axes, (i, j) in zip(grid, planes, strict=True):
         for each, path, colour in zip(chosen, paths, shades(len(chosen)), strict=True):
             x, y = length.factor * path[:, [i, j]].T
-            axes.plot(x, y, color=colour, lw=1.1, label=f"{each.gamma_ratio:g}")
+            axes.plot(x, y, color=colour, lw=1.1, label=f"{each.gamma_ratio:.4g}")
         names = [f"displacement {'xyz'[axis]}  ({length.name})" for axis in (i, j)]
         label(axes, *names)
     legend_below(figure, grid[0], 4, _ENERGIES)

@@ -12,6 +12,7 @@ from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colorbar import Colorbar
+from matplotlib.colors import hsv_to_rgb, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
@@ -41,6 +42,11 @@ _PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "\N{MICRO SIGN}":
 
 #: Dots per inch of PNG files.
 DPI = 200
+
+#: Colours for parts beyond these (Tol's "muted"), and the part of a turn that the hues of any
+#: further ones are apart, so that none comes again.
+_MUTED = ("#332288", "#999933", "#882255", "#117733", "#aa4499", "#661100")
+_TURN = (5**0.5 - 1) / 2
 
 _SETTINGS = {"svg.hashsalt": "fenics-nnm", "pdf.compression": 6}
 
@@ -143,6 +149,21 @@ def unit_for(values: Array, base: str) -> Unit:
 def shades(count: int) -> Array:
     """Colours of a sequence such as energies, from dark to light, shape (count, 4)."""
     return np.asarray(colormaps[AMOUNT](np.linspace(0.0, 0.85, count)))
+
+
+def colours_of_parts(count: int, *, light: bool = False) -> list[str]:
+    """Colours of parts that lie side by side, no two alike; light ones for a background.
+
+    The first six are told apart with any colour vision.
+    """
+    known = [*(colour for colour, _ in CURVES if colour != BLACK), *_MUTED]
+    hues = (np.arange(count) * _TURN + 0.13) % 1
+    depth = np.where(np.arange(count) % 2, 0.55, 0.85)
+    further = hsv_to_rgb(np.column_stack([hues, np.full(count, 0.75), depth]))
+    colours = (known + [to_hex(colour) for colour in further[len(known) :]])[:count]
+    if light:
+        return [to_hex(1 - 0.25 * (1 - np.array(to_rgb(colour)))) for colour in colours]
+    return colours
 
 
 def save(figure: Figure, folder: Path, name: str, formats: Sequence[str]) -> tuple[str, ...]:

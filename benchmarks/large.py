@@ -1,0 +1,131 @@
+"""What growing meshes of the rotor 37 blade cost: time by stage, memory, ratios.
+
+    environment/run python3 benchmarks/large.py 0.003 0.0018 0.0011
+    environment/run python3 benchmarks/large.py --solver iterative --linear-only 0.0011
+
+Each element size in m is a run in a process of its own, so that its peak memory is its own. Times
+are CPU seconds of the process, which other work on the machine changes less than the clock; give
+OMP_NUM_THREADS=1. Ratios: attachments over modes, and all over mesh + assembly + modes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+STUDY = ROOT / "demos/rotor37/rotor37.toml"
+
+#: Energies of the branch: 30 points.
+ENERGIES = "energies = { from = 0.7, to = 2.875, step = 0.075 }\nreport_at = [0.7, 1.2, 1.825, 2.8]"
+
+COLUMNS = ("mesh", "assembly", "modes", "attachments", "backbone", "output")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("sizes", type=float, nargs="+", help="element sizes in m")
+    parser.add_argument("--solver", default="auto", choices=("auto", "direct", "iterative"))
+    parser.add_argument("--linear-only", action="store_true", help="no branch and no files")
+    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.child:
+        print(json.dumps(measured(arguments.sizes[0], arguments.solver, arguments.linear_only)))
+        return
+    print(heading())
+    for size in arguments.sizes:
+        options = ["--linear-only"] * arguments.linear_only
+        command = [sys.executable, __file__, "--child", "--solver", arguments.solver]
+        ended = subprocess.run(
+            [*command, *options, str(size)], check=True, stdout=subprocess.PIPE, text=True
+        )
+        print(row(json.loads(ended.stdout.splitlines()[-1])), flush=True)
+
+
+def measured(size: float, solver: str, linear_only: bool) -> dict[str, Any]:
+    """CPU seconds of the stages and the peak memory of one run."""
+    from mpi4py import MPI
+
+    from fenics_nnm.analysis import linear_analysis
+    from fenics_nnm.run import run_study
+    from fenics_nnm.study import read_study
+
+    stages = timed_stages()
+    with tempfile.TemporaryDirectory() as folder:
+        text = study_text(size, solver)
+        file = Path(folder) / "study.toml"
+        file.write_text(text)
+        study, begun = read_study(file), time.perf_counter()
+        if linear_only:
+            dofs = linear_analysis(study, MPI.COMM_WORLD, stages).solid.dofs
+        else:
+            dofs = run_study(study, text, Path(folder) / "results", stages=stages).summary["dofs"]
+    return {
+        "size": size,
+        "dofs": dofs,
+        "clock": time.perf_counter() - begun,
+        "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
+        **stages.timings,
+    }
+
+
+def timed_stages() -> Any:
+    """Stages that count CPU seconds."""
+    from collections.abc import Iterator
+    from contextlib import contextmanager
+
+    from fenics_nnm.stages import Stages
+
+    class CpuStages(Stages):
+        @contextmanager
+        def stage(self, name: str) -> Iterator[None]:
+            begun = time.process_time()
+            yield
+            spent = time.process_time() - begun
+            self.timings[name] = self.timings.get(name, 0.0) + spent
+
+    return CpuStages()
+
+
+def study_text(size: float, solver: str) -> str:
+    """The study of the demo with another mesh, 30 points, and this solver."""
+    lines = STUDY.read_text().replace("../../meshes", str(ROOT / "meshes")).splitlines()
+    kept = [
+        line for line in lines if not line.startswith(("element_size", "energies", "report_at"))
+    ]
+    text = "\n".join(kept)
+    text = text.replace("[mesh]", f"[mesh]\nelement_size = {size}")
+    text = text.replace("[continuation]", f"[continuation]\n{ENERGIES}")
+    return f'{text}\n\n[solver]\nlinear = "{solver}"\n'
+
+
+def heading() -> str:
+    names = ("size (m)", "dofs", *COLUMNS, "all", "clock", "peak GiB", "attach/modes", "all/linear")
+    return "  ".join(f"{name:>12}" for name in names)
+
+
+def row(found: dict[str, Any]) -> str:
+    spent = [found.get(name, 0.0) for name in COLUMNS]
+    linear = sum(spent[:3])
+    numbers = (
+        f"{found['size']:g}",
+        f"{found['dofs']}",
+        *(f"{seconds:.1f}" for seconds in spent),
+        f"{sum(spent):.1f}",
+        f"{found['clock']:.1f}",
+        f"{found['peak']:.2f}",
+        f"{found['attachments'] / found['modes']:.3f}",
+        f"{sum(spent) / linear:.2f}",
+    )
+    return "  ".join(f"{number:>12}" for number in numbers)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Many studies that differ in a few keys: planned, run, and put in one table."""

@@ -1,0 +1,156 @@
+"""A whole sweep: run what is not done, and put all studies in one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+
+from mpi4py import MPI
+
+from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError, one_line
+from fenics_nnm.stages import Stages
+from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
+from fenics_nnm.sweep.outcome import Outcome, Standing, outcome_of, standing_of
+from fenics_nnm.sweep.plan import Case, Plan
+from fenics_nnm.sweep.ranks import run_on_ranks
+from fenics_nnm.sweep.running import Ran, Runner
+from fenics_nnm.sweep.table import write_table
+from fenics_nnm.sweep.workers import run_on_processes
+
+
+@dataclass(slots=True)
+class Sweep:
+    """A sweep with what is known of its studies.
+
+    Attributes:
+        plan: The studies.
+        standings: How far each was at the beginning, by its number.
+        on_outcome: Told of each study that was run here, if it is anybody.
+        outcomes: What is known of each, by its number.
+    """
+
+    plan: Plan
+    standings: dict[int, Standing]
+    on_outcome: Callable[[Outcome], None] | None = None
+    outcomes: dict[int, Outcome] = field(default_factory=dict)
+
+    @property
+    def left(self) -> list[Case]:
+        """Studies that are not done."""
+        return [c for c in self.plan.cases if self.standings[c.number] is not Standing.ENDED]
+
+    @property
+    def in_order(self) -> list[Outcome]:
+        """What is known of all studies, in their order."""
+        return [self.outcomes[case.number] for case in self.plan.cases]
+
+    def make_folder(self) -> None:
+        """Make the folder of the sweep, so that no study takes it for its own.
+
+        Raises:
+            StudyError: if it cannot be made.
+        """
+        folder = self.plan.folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StudyError(f"--output {folder}: cannot be written: {error.strerror}") from error
+
+    def run(self, stages: Callable[[], AbstractContextManager[Stages]], *, verbose: bool) -> None:
+        """Run what is left on this process; the table is up to date after each study."""
+        runner = Runner(stages, verbose=verbose)
+        groups = grouped(self.left)
+        hand = Hand(groups, LocalCounters([0] * len(groups)), 0)
+        while (case := hand.take()) is not None:
+            self._note(runner.run(case, self.standings[case.number]))
+            self.write_table()
+
+    def run_on_processes(self, jobs: int, *, verbose: bool) -> None:
+        """Run what is left on processes of this machine."""
+
+        def note(ran: Ran) -> None:
+            self._note(ran)
+            self.write_table()
+
+        groups = grouped(self.left)
+        run_on_processes(groups, self.standings, jobs, note, verbose=verbose)
+
+    def run_on_ranks(
+        self,
+        stages: Callable[[], AbstractContextManager[Stages]],
+        comm: MPI.Intracomm,
+        *,
+        verbose: bool,
+    ) -> None:
+        """Run what is left on the ranks; all of them know of all studies in the end."""
+        runner, groups = Runner(stages, verbose=verbose), grouped(self.left)
+        if not groups:
+            return
+
+        def run(case: Case) -> Ran:
+            ran = runner.run(case, self.standings[case.number])
+            self._note(ran)
+            return ran
+
+        for ran in run_on_ranks(groups, run, comm):
+            if ran.number not in self.outcomes:
+                self._note(ran, tell=False)
+
+    def look(self) -> None:
+        """Look again at the folders of studies that were not told of."""
+        for case in self.plan.cases:
+            if case.number not in self.outcomes:
+                self._note(Ran(case.number), tell=False)
+
+    def write_table(self) -> None:
+        """Write sweep.csv.
+
+        Raises:
+            OutputError: if it cannot be written.
+        """
+        known = Sweep(self.plan, self.standings, outcomes=dict(self.outcomes))
+        known.look()
+        try:
+            write_table(self.plan, known.in_order)
+        except OSError as error:
+            raise OutputError(f"{self.plan.folder}: cannot be written: {error}") from error
+
+    def _note(self, ran: Ran, *, tell: bool = True) -> None:
+        case = self.plan.cases[ran.number - 1]
+        self.outcomes[ran.number] = outcome = _outcome(case, ran.failure)
+        if tell and self.on_outcome:
+            self.on_outcome(outcome)
+
+
+def begun(plan: Plan) -> Sweep:
+    """A sweep that has looked at the folders of its studies.
+
+    Raises:
+        StudyError: if one of them has results of another study.
+        OutputError: if results cannot be read.
+    """
+    sweep = Sweep(plan, {case.number: standing_of(case) for case in plan.cases})
+    for case in plan.cases:
+        if sweep.standings[case.number] is Standing.ENDED:
+            sweep.outcomes[case.number] = outcome_of(case, Standing.ENDED)
+    return sweep
+
+
+def _outcome(case: Case, failure: str) -> Outcome:
+    """What is known of a study that was run, or may have been."""
+    if failure:
+        return outcome_of(case, Standing.NEW, failure)
+    try:
+        return outcome_of(case, standing_of(case))
+    except NonlinearModeError as error:
+        return Outcome(case, "failed", one_line(error))
+
+
+def failures(outcomes: Sequence[Outcome]) -> list[str]:
+    """Studies that are not complete, each in a line with the reason."""
+    return [
+        f"{each.case}: {each.status}{f': {each.message}' if each.message else ''}"
+        for each in outcomes
+        if not each.complete
+    ]

@@ -1,0 +1,67 @@
+"""sweep.csv: one row for each study of a sweep."""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from fenics_nnm.output.durable import replacing
+from fenics_nnm.study.toml_text import toml_value
+from fenics_nnm.sweep.outcome import Outcome
+from fenics_nnm.sweep.plan import Plan
+from fenics_nnm.time_domain.verdict import STATUSES
+
+#: Columns before and after the keys that are set.
+FIRST = ("study",)
+SECOND = ("status", "linear_frequency_Hz")
+LAST = (
+    "points",
+    *(f"points_{status.replace(' ', '_')}" for status in STATUSES),
+    "largest_gamma_ratio",
+)
+NAMES = ("folder", "message")
+
+#: Columns of each gamma ratio, with the ratio behind.
+AT_RATIO = ("frequency_Hz_at", "energy_J_at")
+
+
+def write_table(plan: Plan, outcomes: Sequence[Outcome]) -> None:
+    """Write sweep.csv in the folder of a sweep; an older one is replaced at one instant.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    at = [f"{name}_{ratio:g}" for ratio in plan.ratios for name in AT_RATIO]
+    with (
+        replacing(plan.folder / "sweep.csv") as part,
+        part.open("w", newline="", encoding="utf-8") as file,
+    ):
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*FIRST, *plan.keys, *SECOND, *at, *LAST, *NAMES])
+        for outcome in outcomes:
+            writer.writerow(list(_cells(plan, outcome)))
+
+
+def _cells(plan: Plan, outcome: Outcome) -> Iterator[str]:
+    case, places = outcome.case, outcome.places
+    yield str(case.number)
+    for setting in case.settings:
+        yield setting.value if isinstance(setting.value, str) else toml_value(setting.value)
+    yield outcome.status
+    yield _printed(outcome.linear_frequency)
+    for ratio in plan.ratios:
+        place = outcome.at(ratio)
+        yield _printed(place.frequency if place else None)
+        yield _printed(place.energy if place else None)
+    counts = Counter(place.status for place in places)
+    yield str(len(places)) if outcome.linear_frequency is not None else ""
+    for status in STATUSES:
+        yield str(counts[status]) if outcome.linear_frequency is not None else ""
+    yield _printed(max((place.gamma_ratio for place in places), default=None))
+    yield str(case.folder.name)
+    yield outcome.message
+
+
+def _printed(value: float | None) -> str:
+    return "" if value is None else f"{value:.10g}"

@@ -1,0 +1,51 @@
+"""Peaks of stress over a period, against searches of all instants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from conftest import BEAM, Ended, changed
+
+from fenics_nnm.fields.body import field_body
+from fenics_nnm.fields.invariants import principal, von_mises
+from fenics_nnm.fields.peak import largest_tension, peak_stress
+from fenics_nnm.fields.stress_basis import stress_basis
+from fenics_nnm.output.stored_branch import read_stored_branch
+
+StudyFile = Callable[..., Path]
+Command = Callable[..., Ended]
+
+
+def test_largest_tension_is_that_of_all_instants() -> None:
+    rng = np.random.default_rng(3)
+    stress = rng.standard_normal((40, 50, 6))
+    stress[:, 0] = 0.0  # no stress at all
+    stress[:, 1, :] = [-1.0, -1.0, -1.0, 0.0, 0.0, 0.0]  # pressure: all instants and axes alike
+    stress[:, 2, 1:] = 0.0  # one axis: the bound is reached
+    value, instant = largest_tension(stress, von_mises(stress))
+    every = principal(stress)[..., 0]
+    np.testing.assert_allclose(value, every.max(axis=0), rtol=1e-13, atol=1e-13)
+    np.testing.assert_array_equal(instant[2:], every.argmax(axis=0)[2:])
+
+
+def test_peaks_are_those_of_stresses_recovered_one_by_one(
+    study_file: StudyFile, command: Command
+) -> None:
+    changes = {"reduction": {"modes": 4}, "contact": {"points": 3}}
+    for method in ("massless", "none"):
+        chosen = changed(BEAM, changed(changes, {"reduction": {"method": method}}))
+        assert command("run", study_file(chosen), "--output", method).code == 0
+        branch = read_stored_branch(Path(method) / "branch.h5")
+        body, point = field_body(branch), branch.points[-1]
+        if method == "none":
+            point = next(p for p in branch.points if p.position in branch.inertia)
+        peaks = peak_stress(stress_basis(branch, body, branch.points), point, 24)
+        times = np.unique(np.concatenate([np.arange(n) / n for n in (24, 128)]))
+        fields = branch.displacement(point, 2 * np.pi * times)
+        mises = np.array([von_mises(body.stress(field)) for field in fields])
+        tension = np.array([principal(body.stress(field))[:, 0] for field in fields])
+        for name, values in (("von Mises", mises), ("largest principal", tension)):
+            found = peaks[f"peak {name} stress (Pa)"]
+            np.testing.assert_allclose(found, values.max(axis=0), atol=1e-9 * values.max())

@@ -1,0 +1,139 @@
+"""Studies of all kinds on one rank and on two: frequencies, tables, fields and exports agree.
+
+Run with `python3 tests/two_ranks.py`, or with names of studies; `make verify` runs all.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from conftest import BEAM, PLATE, changed, toml
+from fork_mesh import fork, fork_study
+from ranks import SAME_FIELD, field_differences, on_ranks, rows
+
+from fenics_nnm.output import branch_file
+
+DEMOS = Path(__file__).parents[1] / "demos"
+
+#: Frequencies agree within this part.
+SAME_FREQUENCY = 1e-9
+
+#: A run on two ranks that share a core takes minutes.
+_SECONDS = 1800.0
+
+#: A few energies, one of them with ParaView files.
+ENERGIES = {"energies": {"from": 0.8, "to": 1.4, "step": 0.2}, "report_at": [1.4]}
+
+
+def _demo(name: str, **changes: Any) -> dict[str, Any]:
+    return changed(tomllib.loads((DEMOS / f"{name}.toml").read_text()), changes)
+
+
+def rotor37(folder: Path) -> dict[str, Any]:
+    """The blade of the demonstration, of a coarse mesh."""
+    sections = str(DEMOS.parent / "meshes/rotor37_blade_sections.csv")
+    return _demo(
+        "rotor37/rotor37",
+        mesh={"sections": sections, "element_size": 0.006},
+        reduction={"modes": 20},
+        continuation={"=": ENERGIES},
+    )
+
+
+def plate(folder: Path) -> dict[str, Any]:
+    """A plate in plane stress."""
+    return changed(PLATE, {"mesh": {"elements": [16, 4]}, "reduction": {"modes": 6}})
+
+
+def pads(folder: Path) -> dict[str, Any]:
+    """Facing patches of a fork of two materials."""
+    return _demo("fork/fork", continuation={"=": ENERGIES})
+
+
+def patches(folder: Path) -> dict[str, Any]:
+    """Tines against each other, and one of them against a casing."""
+    fork(folder / "fork.msh", right=9)
+    stop = {
+        "name": "stop",
+        "facets": "right tine",
+        "direction": [0.0, 1.0],
+        "points": 2,
+        "rows": "averaged",
+        "casing": {"shape": "cylinder", "axis": "z", "radius": 0.2},
+    }
+    tines = {"name": "tines", "facets": "left tine", "against": "right tine"}
+    study = fork_study(folder / "fork.msh", patch=[tines, stop])
+    return changed(study, {"reduction": {"modes": 5}, "continuation": {"=": ENERGIES}})
+
+
+def interference(folder: Path) -> dict[str, Any]:
+    """A beam that the obstacle presses at rest."""
+    changes = {
+        "mesh": {"elements": [6, 2, 2]},
+        "contact": {"gap": -1e-4},
+        "reduction": {"modes": 8},
+        "continuation": {"=": ENERGIES},
+    }
+    return changed(BEAM, changes)
+
+
+STUDIES: dict[str, Callable[[Path], dict[str, Any]]] = {
+    study.__name__: study for study in (plate, interference, pads, patches, rotor37)
+}
+
+
+def compare(name: str, folder: Path) -> None:
+    """Run a study, and an export of it, on one rank and on two, and tell how they differ.
+
+    Raises:
+        AssertionError: if they differ by more than they may.
+    """
+    study = folder / "study.toml"
+    study.write_text(toml(STUDIES[name](folder)))
+    for ranks, output in ((1, "one"), (2, "two")):
+        _run(ranks, folder, "run", study, "--output", output)
+        _run(ranks, folder, "export", output, "--gamma", 1.0, "--output", f"{output}/export")
+    one, two = folder / "one", folder / "two"
+    frequencies = [
+        [point.frequency for point in branch_file.read(path / "branch.h5")[1]]
+        for path in (one, two)
+    ]
+    apart = max(abs(b / a - 1) for a, b in zip(*frequencies, strict=True))
+    table, other = (rows(path / "backbone.csv") for path in (one, two))
+    cells = [
+        f"{key} = {a[key]} and {b[key]}"
+        for a, b in zip(table, other, strict=True)
+        for key in a
+        if a[key] != b[key]
+    ]
+    fields = field_differences(one, two)
+    largest = max(fields, key=lambda array: fields[array])
+    sys.stdout.write(
+        f"{name}: {len(table)} points, frequencies differ by {apart:.1e}, {len(cells)} cells of "
+        f"backbone.csv, fields by {fields[largest]:.1e} ({largest})\n"
+    )
+    sys.stdout.flush()
+    assert apart <= SAME_FREQUENCY, frequencies
+    assert not cells, cells
+    assert fields[largest] <= SAME_FIELD, fields
+
+
+def _run(ranks: int, folder: Path, *arguments: object) -> None:
+    ended = on_ranks(ranks, "-m", "fenics_nnm", *arguments, folder=folder, seconds=_SECONDS)
+    assert ended.code == 0, ended.err
+
+
+def main(names: list[str]) -> None:
+    """Compare all studies, or those named."""
+    for name in names or STUDIES:
+        with tempfile.TemporaryDirectory() as folder:
+            compare(name, Path(folder))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

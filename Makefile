@@ -60,6 +60,9 @@ journeys:
 	    $(RUN) fenics-nnm new $$kind $(JOURNEYS) && \
 	    $(RUN) fenics-nnm run $(JOURNEYS)/$$kind.toml --output $(JOURNEYS)/$$kind && \
 	    $(RUN) fenics-nnm plot $(JOURNEYS)/$$kind --formats png || exit; done
+	$(RUN) fenics-nnm sweep $(JOURNEYS)/blade.toml --set contact.gap=2e-4,4e-4,8e-4 \
+	    --set mode.number=1,2 --output $(JOURNEYS)/sweep
+	cp $(JOURNEYS)/sweep/sweep.png $(PICTURES)/blade_sweep.png
 	cp $(JOURNEYS)/blade/pictures/motion.gif $(PICTURES)/blade_motion.gif
 	cp $(JOURNEYS)/matrices/pictures/frequency_gamma.png $(PICTURES)/matrices_frequency_gamma.png
 

@@ -6,7 +6,9 @@ import csv
 import json
 import shlex
 from collections.abc import Callable, Sequence
+from multiprocessing import Pipe
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,7 @@ from fenics_nnm.study.settings import Setting
 from fenics_nnm.study.units import unit_of
 from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
 from fenics_nnm.sweep.plan import folder_name, plan
+from fenics_nnm.sweep.workers import Worker, _received
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -155,10 +158,14 @@ def test_pictures_tell_modes_apart(
 
 def test_pictures_are_files(study_file: StudyFile, command: Command) -> None:
     study_file(QUICK)
+    older = Path("s/sweep_values.png")
+    older.parent.mkdir()
+    older.touch()
     command("sweep", "study.toml", "--set", "contact.gap=1e-3", "--output", "s")
     with Image.open("s/sweep.png") as picture:
         assert np.ptp(np.asarray(picture.convert("L"))) > 200
     assert Path("s/sweep.svg").read_text().startswith("<?xml")
+    assert not older.exists()  # one value is no curve
 
 
 def test_a_study_of_a_sweep_is_that_of_a_lone_run(study_file: StudyFile, command: Command) -> None:
@@ -300,6 +307,13 @@ def test_bad_input_is_told_before_anything_runs(
     assert not Path("results").exists()
 
 
+def test_a_folder_that_cannot_be_made_is_told(study_file: StudyFile, command: Command) -> None:
+    study_file(QUICK)
+    Path("file").touch()
+    sweep = ("sweep", "study.toml", "--set", "contact.gap=1e-3", "--output", "file/s")
+    command(*sweep).assert_one_line(2, "--output file/s", "cannot be written: Not a directory")
+
+
 def test_lists_are_combined_or_taken_together(study_file: StudyFile) -> None:
     file = study_file(QUICK)
     lists = ["contact.gap=1e-3,2e-3", "mode.number=1,2"]
@@ -379,6 +393,21 @@ def test_processes_and_this_one_give_the_same_table(
     assert (alone.code, both.code) == (1, 1)
     assert sorted(alone.err.splitlines()) == sorted(both.err.splitlines())
     assert Path("one/sweep.csv").read_bytes() == Path("two/sweep.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [(-9, "ended by SIGKILL: out of memory?"), (-11, "ended by SIGSEGV"), (3, "exit code 3")],
+)
+def test_the_end_of_a_process_is_told(study_file: StudyFile, code: int, words: str) -> None:
+    made = plan(study_file(QUICK), Path("s"), ["contact.gap=1e-3"])
+    ours, theirs = Pipe()
+    theirs.close()
+    process: Any = SimpleNamespace(exitcode=code, join=lambda: None)
+    hand = Hand([made.cases], LocalCounters([0]), 0)
+    ran = _received(Worker(process, ours, hand, made.cases[0]))
+    assert ran.number == 1
+    assert words in ran.failure
 
 
 def test_ranks_and_this_process_give_the_same_table(

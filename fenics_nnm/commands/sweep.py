@@ -94,15 +94,17 @@ def _sweep(arguments: argparse.Namespace) -> int:
     console = console_of(comm)
     if arguments.list:
         return _list(console, sweep)
+    on_root(comm, sweep.make_folder)
     try:
         if not arguments.collect:
             _run(sweep, arguments, console, comm)
-    finally:
+    except BaseException:
         if comm.rank == 0:
             with uninterrupted():
                 sweep.write_table()
+        raise
     sweep.look()
-    on_root(comm, lambda: _draw(sweep, console))
+    on_root(comm, lambda: _write(sweep))
     return _ended(sweep, console, comm)
 
 
@@ -160,10 +162,12 @@ def _told(outcome: Outcome, total: int) -> str:
     return f"study {outcome.case.number} of {total}: {outcome.case}: {outcome.status}{points}"
 
 
-def _draw(sweep: Sweep, console: Console) -> None:
+def _write(sweep: Sweep) -> None:
+    """Write the table and draw the pictures."""
     from fenics_nnm.errors import OutputError
     from fenics_nnm.sweep.pictures import draw_sweep
 
+    sweep.write_table()
     title = sweep.plan.cases[0].study.title or str(sweep.plan.file)
     try:
         draw_sweep(sweep.plan, sweep.in_order, title)

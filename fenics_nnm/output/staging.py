@@ -136,8 +136,9 @@ def rescue(staging: Staging) -> str:
         if not _is_bare(staging.path):
             return f"what there is stays in {staging.path}"
         remove(staging.path)
-        for path in staging.made:
-            path.rmdir()
+        with suppress(OSError):  # another run may have begun in a folder made for this one
+            for path in staging.made:
+                path.rmdir()
     except OSError as error:
         return f"what there is stays in {staging.path} ({error})"
     return ""

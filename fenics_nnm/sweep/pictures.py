@@ -51,7 +51,6 @@ _THIN, _NESTED, _FEW = 1.1, 3.0, 6
 _STYLES = ("-", "--", "-.", ":")
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 
-
 #: What the first three keys that vary change of a curve.
 _ARGUMENTS = ("color", "ls", "marker")
 
@@ -76,15 +75,27 @@ def draw_sweep(plan: Plan, outcomes: Sequence[Outcome], title: str) -> list[str]
     Raises:
         OSError: if they cannot be written.
     """
+    figures = _figures(plan, outcomes, title)
+    for name in {"sweep", "sweep_values"} - figures.keys():
+        for kind in FORMATS:  # of an earlier sweep of other keys
+            (plan.folder / f"{name}.{kind}").unlink(missing_ok=True)
+    return [
+        file
+        for name, figure in figures.items()
+        for file in save(figure, plan.folder, name, FORMATS)
+    ]
+
+
+def _figures(plan: Plan, outcomes: Sequence[Outcome], title: str) -> dict[str, Figure]:
+    """Figures by the names of their files."""
     if not any(outcome.places for outcome in outcomes):
-        return []
+        return {}
     keys = variations(plan)
-    files = save(_backbones(outcomes, keys, title), plan.folder, "sweep", FORMATS)
-    at_ratio = [ratio for ratio in plan.ratios if any(each.at(ratio) for each in outcomes)]
-    if len(keys) == 1 and keys[0].numeric and at_ratio:
-        figure = _over_value(outcomes, keys[0], at_ratio, title)
-        files += save(figure, plan.folder, "sweep_values", FORMATS)
-    return list(files)
+    figures = {"sweep": _backbones(outcomes, keys, title)}
+    ratios = [ratio for ratio in plan.ratios if any(each.at(ratio) for each in outcomes)]
+    if len(keys) == 1 and keys[0].numeric and ratios:
+        figures["sweep_values"] = _over_value(outcomes, keys[0], ratios, title)
+    return figures
 
 
 def _backbones(outcomes: Sequence[Outcome], keys: Sequence[Variation], title: str) -> Figure:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from mpi4py import MPI
 
-from fenics_nnm.errors import NonlinearModeError, OutputError, one_line
+from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError, one_line
 from fenics_nnm.stages import Stages
 from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
 from fenics_nnm.sweep.outcome import Outcome, Standing, outcome_of, standing_of
@@ -44,6 +44,18 @@ class Sweep:
     def in_order(self) -> list[Outcome]:
         """What is known of all studies, in their order."""
         return [self.outcomes[case.number] for case in self.plan.cases]
+
+    def make_folder(self) -> None:
+        """Make the folder of the sweep, so that no study takes it for its own.
+
+        Raises:
+            StudyError: if it cannot be made.
+        """
+        folder = self.plan.folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StudyError(f"--output {folder}: cannot be written: {error.strerror}") from error
 
     def run(self, stages: Callable[[], AbstractContextManager[Stages]], *, verbose: bool) -> None:
         """Run what is left on this process; the table is up to date after each study."""
@@ -100,7 +112,6 @@ class Sweep:
         known = Sweep(self.plan, self.standings, outcomes=dict(self.outcomes))
         known.look()
         try:
-            self.plan.folder.mkdir(parents=True, exist_ok=True)
             write_table(self.plan, known.in_order)
         except OSError as error:
             raise OutputError(f"{self.plan.folder}: cannot be written: {error}") from error

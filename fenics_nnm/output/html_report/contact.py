@@ -60,8 +60,15 @@ def _patch(patch: dict[str, Any]) -> Sequence[str]:
         plain(1e6 * patch["area_m2"]),
         plain(1e3 * patch["smallest_gap_m"]),
         plain(1e3 * patch["largest_gap_m"]),
-        "(" + ", ".join(f"{x:.3f}" for x in patch["mean_direction"]) + ")",
+        _direction(patch["mean_direction"]),
     )
+
+
+def _direction(mean: Sequence[float]) -> str:
+    """The mean direction of a patch; zeros stand for none."""
+    if not any(mean):
+        return "several sides"
+    return "(" + ", ".join(f"{x:.3f}" for x in mean) + ")"
 
 
 def _row(point: BranchPoint) -> Sequence[str]:

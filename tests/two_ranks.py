@@ -24,6 +24,11 @@ DEMOS = Path(__file__).parents[1] / "demos"
 #: Frequencies, and other numbers of the table, agree within this part.
 SAME_FREQUENCY = 1e-9
 
+#: Fields of these studies agree less. The fork's first two modes are 1 % apart in frequency, so that
+#: round-off of the assembly alone, whose order depends on the ranks, turns their shapes by 4e-8,
+#: with the eigensolver's tolerance at 1e-10 as at 1e-12.
+SAME_FIELD_OF = {"pads": 1e-7}
+
 #: These errors are round-off below this.
 ERRORS, ROUND_OFF_ERROR = {"error_remainder", "return_error_10"}, 1e-8
 
@@ -127,7 +132,7 @@ def compare(name: str, folder: Path) -> None:
     sys.stdout.flush()
     assert apart <= SAME_FREQUENCY, frequencies
     assert not cells, cells
-    assert fields[largest] <= SAME_FIELD, fields
+    assert fields[largest] <= SAME_FIELD_OF.get(name, SAME_FIELD), fields
 
 
 def _same(key: str, one: str, two: str) -> bool:

@@ -24,7 +24,7 @@ DEMOS = Path(__file__).parents[1] / "demos"
 #: Frequencies, and other numbers of the table, agree within this part.
 SAME_FREQUENCY = 1e-9
 
-#: Fields of these studies agree less. The fork's first two modes are 1 % apart in frequency, so that
+#: Fields of these agree less. The fork's first two modes are 1 % apart in frequency, so that
 #: round-off of the assembly alone, whose order depends on the ranks, turns their shapes by 4e-8,
 #: with the eigensolver's tolerance at 1e-10 as at 1e-12.
 SAME_FIELD_OF = {"pads": 1e-7}

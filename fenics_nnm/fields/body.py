@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from fenics_nnm.arrays import Array
 from fenics_nnm.fields.recovery import StressRecovery, field_mesh, stress_recovery
 from fenics_nnm.fields.vtu import GridFile, grid_file
 from fenics_nnm.output.stored_branch import StoredBranch
+
+#: Displacements whose stresses are recovered together.
+_AT_ONCE = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +34,14 @@ class FieldBody:
     def stress(self, displacement: Array) -> Array:
         """Stress in Pa at the nodes of the grid of a displacement (n, dim) in m of the mesh."""
         return self.recovery.at_nodes(self.on_grid(displacement))
+
+    def stresses(self, displacements: Array) -> Array:
+        """Stress of each of k displacements, shape (k, n, dim), at the nodes: (k, nodes, 6)."""
+        found = np.empty((len(displacements), self.grid.nodes, 6))
+        for start in range(0, len(displacements), _AT_ONCE):
+            few = displacements[start : start + _AT_ONCE, self.recovery.mesh.origin]
+            found[start : start + _AT_ONCE] = self.recovery.at_nodes_of_each(few)
+        return found
 
 
 def field_body(branch: StoredBranch) -> FieldBody:

@@ -64,7 +64,7 @@ class StressRecovery:
     Attributes:
         mesh: Mesh of the fields.
         slopes: Derivatives of the shape functions by x, y, z at the sampling points of each cell,
-            shape (cells, s, nodes a cell, dim).
+            shape (cells, s, dim, nodes a cell).
         elasticity: Stress in Pa (VTK's order) per strain there, shape (cells, s, 6, strains), with
             the strains xx; xx, yy, 2 xy; or xx, yy, zz, 2 xy, 2 yz, 2 xz.
         smoothing: Stresses at the sampling points of all cells to those at nodes, sparse.
@@ -75,15 +75,31 @@ class StressRecovery:
     elasticity: Array
     smoothing: sparse.csr_array
 
-    def at_samples(self, displacement: Array) -> Array:
-        """Stress in Pa of a displacement (n, dim) in m at the sampling points, (cells, s, 6)."""
-        of_cells = displacement[self.mesh.cells]
-        gradient = np.einsum("csnj,cni->csij", self.slopes, of_cells, optimize=True)
-        return np.einsum("csvk,csk->csv", self.elasticity, strains_of(gradient), optimize=True)
+    def at_samples(self, displacements: Array) -> Array:
+        """Stress in Pa at the sampling points, shape (cells, s, 6, k), of k displacements in m.
+
+        Args:
+            displacements: Displacements at the nodes, shape (k, n, dim).
+        """
+        count, _, dim = displacements.shape
+        cells, samples, _, nodes = self.slopes.shape
+        of_cells = displacements[:, self.mesh.cells].transpose(1, 2, 0, 3)
+        slopes = self.slopes.reshape(cells, samples * dim, nodes)
+        gradient = slopes @ of_cells.reshape(cells, nodes, count * dim)
+        gradient = gradient.reshape(cells, samples, dim, count, dim)
+        strains = strains_of(gradient.transpose(0, 1, 3, 4, 2))
+        return np.asarray(self.elasticity @ strains.transpose(0, 1, 3, 2))
 
     def at_nodes(self, displacement: Array) -> Array:
         """Stress in Pa at the nodes of a displacement (n, dim) in m there, shape (n, 6)."""
-        return np.asarray(self.smoothing @ self.at_samples(displacement).reshape(-1, 6))
+        return self.at_nodes_of_each(displacement[None])[0]
+
+    def at_nodes_of_each(self, displacements: Array) -> Array:
+        """The same of k displacements, shape (k, n, dim), in one go: shape (k, n, 6)."""
+        sampled = self.at_samples(displacements)
+        columns = sampled.reshape(len(self.slopes) * self.slopes.shape[1], -1)
+        nodal = self.smoothing @ columns
+        return np.asarray(nodal.reshape(len(nodal), 6, -1).transpose(2, 0, 1))
 
 
 def stress_recovery(mesh: FieldMesh, elasticity: Array) -> StressRecovery:
@@ -91,7 +107,8 @@ def stress_recovery(mesh: FieldMesh, elasticity: Array) -> StressRecovery:
     cell = mesh.cell
     places = mesh.nodes[mesh.cells]
     jacobian = np.einsum("snj,cni->csij", cell.slopes, places[:, :, : cell.dim], optimize=True)
-    slopes = np.einsum("snk,cskj->csnj", cell.slopes, np.linalg.inv(jacobian), optimize=True)
+    slopes = np.einsum("snk,cskj->csjn", cell.slopes, np.linalg.inv(jacobian), optimize=True)
+    slopes = np.ascontiguousarray(slopes)
     samples = np.einsum("sn,cni->csi", cell.values, places[:, :, : cell.dim], optimize=True)
     return StressRecovery(mesh, slopes, elasticity, _smoothing(mesh, samples))
 

@@ -53,6 +53,6 @@ def stress_basis(
 ) -> StressBasis:
     """Recover the stresses of the shapes that some points of a branch are made of."""
     places = tuple(p.position for p in points if p.position in branch.inertia)
-    fields = [branch.shapes, -branch.residual_shapes, *(branch.inertia[x] for x in places)]
-    stresses = [body.stress(field) for block in fields for field in block]
-    return StressBasis(branch, np.array(stresses), places)
+    modal, residual = body.stresses(branch.shapes), body.stresses(branch.residual_shapes)
+    added = [body.stresses(branch.inertia[place]) for place in places]
+    return StressBasis(branch, np.concatenate([modal, -residual, *added]), places)

@@ -16,8 +16,11 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 
-#: zlib's level; higher ones take longer and hardly make floating-point numbers smaller.
-_LEVEL = 1
+#: zlib's levels: fast, and none. Higher ones take longer and hardly make numbers smaller.
+_FAST, _STORED = 1, 0
+
+#: An array is compressed if that takes a quarter, or more, off its first bytes, so many.
+_WORTH, _SAMPLE = 0.75, 2**16
 
 _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 
@@ -106,6 +109,12 @@ def _block(name: str, values: Array | Indices) -> _Block:
     kind = _TYPES[values.dtype.str[1:]]
     width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
     raw = np.ascontiguousarray(values).tobytes()
-    packed = zlib.compress(raw, _LEVEL)
+    packed = zlib.compress(raw, _level(raw))
     header = np.array([1, len(raw), 0, len(packed)] if raw else [0, 0, 0], dtype="<u8").tobytes()
     return _Block(f'type="{kind}" Name={quoteattr(name)}{width}', header + (packed if raw else b""))
+
+
+def _level(raw: bytes) -> int:
+    """Whether compression pays: the digits of most stresses and displacements are like noise."""
+    sample = raw[:_SAMPLE]
+    return _FAST if len(zlib.compress(sample, _FAST)) < _WORTH * len(sample) else _STORED

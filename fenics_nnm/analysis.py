@@ -125,7 +125,7 @@ def _analysis_of_mesh(
     with stages.stage("assembly"):
         solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped)
         interface = contact_interface(solid, patches)
-    with stages.stage("modes"):
+    with stages.stage("factors"):
         found = _modal_solver(study, solid)
     with found as solver:
         forces = _interface_forces(study, solid, interface)

@@ -74,7 +74,7 @@ def test_transition_is_symplectic_and_the_derivative_of_the_flow() -> None:
     rng = np.random.default_rng(2)
     model = random_model(rng, modes=5, points=3)
     flow, (q, velocity), span = Flow(model), random_state(rng, model), 4.0
-    whole = flow.run(q, velocity, span, transition=True)
+    whole = flow.run(q, velocity, span, along=np.eye(2 * len(q)))
     assert whole.transition is not None
     assert whole.changes >= 4
     form = np.block([[np.zeros((5, 5)), np.eye(5)], [-np.eye(5), np.zeros((5, 5))]])

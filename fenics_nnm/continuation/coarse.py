@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.continuation.levels import Guess, Level
+from fenics_nnm.continuation.memory import forget_oldest
 from fenics_nnm.nonlinear.contact_law import Complementarity
 from fenics_nnm.nonlinear.newton import Newton, Solution
 
@@ -15,6 +16,9 @@ GRAZING_GAMMA = 0.25
 
 #: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
 _STEP = 0.1
+
+#: Motions that are kept.
+_KEPT = 500
 
 #: Parts of the reference displacement by which touching points are opened on the way to none.
 _OPENED = (1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 0.05, 0.0)
@@ -39,13 +43,13 @@ class CoarseBranch:
     _known: dict[float, Solution] = field(default_factory=dict)
 
     def at(self, gamma_ratio: float) -> Solution | None:
-        """The motion at a gamma ratio, or None if it is not reached."""
+        """The motion at a gamma ratio, without the slopes of its forces; None if not reached."""
         if not self._known:
             linear = self.level.equations.rest.is_linear(self._column)
             first = self._linear_start(self.level, 0.5) if linear else self._touching_start()
             if not first.converged:
                 return None
-            self._known[0.5 if linear else 1.0] = first
+            self._known[0.5 if linear else 1.0] = first.thinned()
         at = min(self._known, key=lambda known: abs(known - gamma_ratio))
         while at != gamma_ratio:
             longest = _STEP * max(1.0, at)
@@ -54,7 +58,8 @@ class CoarseBranch:
             solution = self._solved(self.level.scaled(self._known[at], following / at), following)
             if solution is None:
                 return None
-            self._known[following] = solution
+            self._known[following] = solution.thinned()
+            forget_oldest(self._known, _KEPT)
             at = following
         return self._known[at]
 

@@ -8,15 +8,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.continuation.arc_length import evaluated
+from fenics_nnm.continuation.arc_length import evaluated, unknowns
 from fenics_nnm.continuation.coarse import GRAZING_GAMMA, CoarseBranch
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
+from fenics_nnm.continuation.memory import forget_oldest
 from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.newton import Newton, Solution, Unknowns
 from fenics_nnm.nonlinear.resonance import STILL, Resonance, strongest_resonance
 from fenics_nnm.nonlinear.slope import frequency_slope
 from fenics_nnm.reduction.rest import RestState
+
+#: Energies whose motions are kept for another try.
+_TRIED = 8
 
 #: A motion with less than this part of the contact of the followed mode alone avoids it.
 _SMALLEST_CONTACT = 0.3
@@ -79,6 +83,12 @@ class Stack:
         """Solution at the truncation that the study asks for."""
         return self.solutions[-1]
 
+    def thinned(self, *, levels: bool) -> Stack:
+        """What a neighbour needs: no slopes of forces; all levels, or the finest alone."""
+        below = self.solutions if levels else (*(None,) * (len(self.solutions) - 1), self.finest)
+        solutions = tuple(found.thinned() if found else None for found in below)
+        return replace(self, solutions=solutions, refused=None)
+
 
 @dataclass(frozen=True, slots=True)
 class _Attempt:
@@ -126,11 +136,13 @@ class Lift:
             return self._grown(self.at(1.0, None), gamma_ratio)
         if gamma_ratio not in self._alone:
             self._alone[gamma_ratio] = self._lifted(gamma_ratio, None)
+            forget_oldest(self._alone, _TRIED)
         alone = self._alone[gamma_ratio]
         if not self._doubtful(alone, neighbour):
             return alone
         if gamma_ratio not in self._beside:
             self._beside[gamma_ratio] = self._through_frequency(alone)
+            forget_oldest(self._beside, _TRIED)
         found = [alone, self._beside[gamma_ratio]]
         if neighbour is not None:
             found.append(self._lifted(gamma_ratio, neighbour))
@@ -235,7 +247,8 @@ class Lift:
         alone = self.coarse(ratio) if ratio > 1 and one_way else None
         if alone is None:
             return float("nan")
-        slope = frequency_slope(self.levels[0].equations, alone)
+        coarsest = self.levels[0].equations
+        slope = frequency_slope(coarsest, evaluated(coarsest, unknowns(alone)))
         if not abs(slope) > _LEVEL:
             return float("nan")
         return frequency_slope(self.levels[-1].equations, finest) / slope

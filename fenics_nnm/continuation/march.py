@@ -14,6 +14,9 @@ from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
 #: Places that differ by less than this part are the same.
 _SAME = 1e-9
 
+#: The latest motions of a branch are kept with their levels, for the second look.
+_WITH_LEVELS = 60
+
 logger = logging.getLogger(__name__)
 
 
@@ -42,7 +45,7 @@ class March:
         smallest_step: A step that fails is halved down to this.
         on_point: Called with each converged point before the next one is begun.
         points: Points by their place.
-        stacks: Their solutions.
+        stacks: Their solutions, in the order that they were found.
         failures: Wanted places without a point, with the reason.
     """
 
@@ -148,9 +151,17 @@ class March:
             slope_ratio=stack.slope_ratio,
         )
         self.on_point(point)
-        self.stacks[stack.place] = stack
+        self._remember(stack)
         self.points[stack.place] = point
         self.failures.pop(stack.place, None)
+
+    def _remember(self, stack: Stack) -> None:
+        """Keep all levels of the latest motions, and the finest of the others."""
+        self.stacks.pop(stack.place, None)
+        self.stacks[stack.place] = stack.thinned(levels=True)
+        if len(self.stacks) > _WITH_LEVELS:
+            place = list(self.stacks)[-_WITH_LEVELS - 1]
+            self.stacks[place] = self.stacks[place].thinned(levels=False)
 
     def _second_look(self) -> None:
         """Go down the branch: try again what is missing, or has lost energy to other modes."""

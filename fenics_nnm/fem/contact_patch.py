@@ -99,7 +99,7 @@ def patch_points(solid: Solid, patch: Patch) -> PatchPoints:
     _refuse_clamped(vertices, patch)
     directions = patch.direction(vertices.points, vertices.normals)
     met = _met(solid, patch, vertices, directions)
-    left_out = len(met) - np.count_nonzero(met)
+    left_out = int(np.count_nonzero(~met))
     vertices, directions = vertices.chosen(np.flatnonzero(met)), directions[met]
     chosen = _chosen(patch, vertices)
     points, directions = vertices.points[chosen], directions[chosen]

@@ -15,12 +15,15 @@ logger = logging.getLogger(__name__)
 #: MUMPS's ICNTL(14): workspace beyond its estimate in per cent.
 _WORKSPACE = 14
 
-#: Values of MUMPS's INFOG(1) that more workspace cures. Its estimate is good on one rank; on
-#: several, messages come in an order that may need more than the usual 20 per cent.
-_TOO_SMALL = (-8, -9, -17, -20)
+#: MUMPS's ICNTL(23): memory in 10^6 bytes that a rank may take.
+_MEMORY = 23
 
-#: MUMPS's ICNTL(23): memory in 10^6 bytes that a rank may take, all of which is its workspace.
-_MEMORY = "mat_mumps_icntl_23"
+#: Values of INFOG(1) that more workspace cures. MUMPS's estimate is good on one rank; on several,
+#: messages come in an order that may need more than the usual 20 per cent.
+_TOO_SMALL = (-8, -17, -20)
+
+#: And one that it cures unless ICNTL(23) limits the memory: workspace is all that is left then.
+_UNLIMITED = -9
 
 #: Values of INFOG(1) that stand for too little memory: allocations that failed, a workspace that
 #: is too small, and a limit that analysis has shown to be too low.
@@ -53,15 +56,15 @@ def limited_memory(ksp: PETSc.KSP, memory: float | None) -> Iterator[None]:
 
     MUMPS knows after its analysis, a small part of the work, whether they are enough.
     """
-    options = PETSc.Options(ksp.getOptionsPrefix())
-    if memory is None or options.hasName(_MEMORY):
+    options, name = PETSc.Options(ksp.getOptionsPrefix()), _option(_MEMORY)
+    if memory is None or options.hasName(name):
         yield
         return
-    options.setValue(_MEMORY, max(1, int(memory / 1e6)))
+    options.setValue(name, max(1, int(memory / 1e6)))
     try:
         yield
     finally:
-        options.delValue(_MEMORY)
+        options.delValue(name)
 
 
 def factorise(ksp: PETSc.KSP) -> None:
@@ -86,17 +89,12 @@ def factorise(ksp: PETSc.KSP) -> None:
 
 
 def _lacks_workspace(ksp: PETSc.KSP) -> bool:
-    """Whether MUMPS had too little workspace, by its own estimate and not by the user's.
-
-    A limited memory is all used as workspace: if that is too small, so is the memory.
-    """
-    if not _by_mumps(ksp):
+    """Whether MUMPS had too little workspace, by its own estimate and not the user's."""
+    options, infog = PETSc.Options(ksp.getOptionsPrefix()), _infog(ksp)
+    if not infog or options.hasName(_option(_WORKSPACE)):
         return False
-    options = PETSc.Options(ksp.getOptionsPrefix())
-    given = options.hasName(f"mat_mumps_icntl_{_WORKSPACE}")
-    code = ksp.getPC().getFactorMatrix().getMumpsInfog(1)
-    limited = options.hasName(_MEMORY) and code in _TOO_LITTLE
-    return code in _TOO_SMALL and not given and not limited
+    limited = options.hasName(_option(_MEMORY))
+    return infog[0] in _TOO_SMALL or (infog[0] == _UNLIMITED and not limited)
 
 
 def _factorise_with_more(ksp: PETSc.KSP) -> None:
@@ -112,16 +110,24 @@ def _factorise_with_more(ksp: PETSc.KSP) -> None:
 
 
 def _failure(ksp: PETSc.KSP) -> ConvergenceError:
-    """Why a factorisation failed, with MUMPS's error if it was MUMPS."""
-    if not _by_mumps(ksp):
-        failed = ksp.getPC().getFailedReason()
-        return ConvergenceError(f"PETSc's preconditioner fails with reason {failed}")
-    infog = [int(ksp.getPC().getFactorMatrix().getMumpsInfog(i)) for i in (1, 2)]
+    """What a factorisation ended with; MUMPS's error if it was MUMPS."""
+    infog = _infog(ksp)
+    if not infog:
+        reason = ksp.getPC().getFailedReason()
+        return ConvergenceError(f"PETSc's preconditioner fails with reason {reason}")
     kind = OutOfMemoryError if infog[0] in _TOO_LITTLE else ConvergenceError
     return kind(f"MUMPS INFOG(1) = {infog[0]}, INFOG(2) = {infog[1]}")
 
 
-def _by_mumps(ksp: PETSc.KSP) -> bool:
+def _infog(ksp: PETSc.KSP) -> list[int]:
+    """INFOG(1) and INFOG(2), if it was MUMPS that factorised."""
     pc = ksp.getPC()
     direct = pc.getType() in (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
-    return bool(direct and pc.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS)
+    if not direct or pc.getFactorSolverType() != PETSc.Mat.SolverType.MUMPS:
+        return []
+    return [int(pc.getFactorMatrix().getMumpsInfog(i)) for i in (1, 2)]
+
+
+def _option(number: int) -> str:
+    """PETSc's option of an entry of ICNTL."""
+    return f"mat_mumps_icntl_{number}"

@@ -77,6 +77,7 @@ class DirectModalSolver:
             raise ModelError(f"reduction.modes = {count}: the mesh has only {self.free} free dofs")
         wanted = min(count + _SPARE, self.free)
         self._eps.setDimensions(wanted, PETSc.DETERMINE, PETSc.DETERMINE)
+        self._eps.setFromOptions()
         try:
             self._eps.solve()
         except PETSc.Error as error:

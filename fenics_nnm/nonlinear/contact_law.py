@@ -38,6 +38,12 @@ class ContactForces:
     used: NDArray[np.bool_]
     flexibility: Array
 
+    @classmethod
+    def alone(cls, force: Array) -> ContactForces:
+        """Forces without their derivative."""
+        nothing = np.empty((0, 0), dtype=np.int64)
+        return cls(force, nothing.ravel(), nothing, nothing > 0, np.empty((0, 0, 0)))
+
     @property
     def slope(self) -> Array:
         """D lambda / d (Phi q) among the points in contact, 0 in the padding, (s_a, k, k)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -108,6 +108,10 @@ class Solution:
     def converged(self) -> bool:
         """Whether the tolerance was met."""
         return not self.failure
+
+    def thinned(self) -> Solution:
+        """The same without the derivative of its forces, which is most of its memory."""
+        return replace(self, forces=ContactForces.alone(self.forces.force))
 
 
 @dataclass(frozen=True, slots=True)

@@ -213,13 +213,7 @@ class PointMaker:
     def solution(self, point: BranchPoint) -> Solution:
         """The solution that a stored point came from, without the flexibility of its forces."""
         q, omega = point.q / self.scales.amplitude, 2 * np.pi * point.frequency / self.scales.omega
-        forces = ContactForces(
-            force=point.force / self.scales.force,
-            samples=np.empty(0, dtype=np.int64),
-            points=np.empty((0, 0), dtype=np.int64),
-            used=np.empty((0, 0), dtype=np.bool_),
-            flexibility=np.empty((0, 0, 0)),
-        )
+        forces = ContactForces.alone(point.force / self.scales.force)
         return Solution(
             q=q,
             omega=omega,

@@ -94,11 +94,10 @@ def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:
     """What is closed and what touches at rest; nothing where all gaps are open."""
     if not rest.pressed:
         return {}
-    closed, touching = np.count_nonzero(rest.closed), np.count_nonzero(rest.touching)
     return {
         "at_rest": {
-            "closed": closed,
-            "touching": touching,
+            "closed": int(np.count_nonzero(rest.closed)),
+            "touching": int(np.count_nonzero(rest.touching)),
             "contact_force_N": float(rest.force.sum()),
             "at_gamma_ratio_1": rest.at_one(mode),
         }

@@ -203,6 +203,7 @@ class _Chord:
     flow: Flow
     equations: PeriodMap
     first: Witness
+    first_gamma: float
     start: Array
     end: Array
     budget: _Budget
@@ -220,7 +221,8 @@ class _Chord:
         start, end = (period_map(flow, each, reversible=reversible).start for each in targets)
         end = np.append(end[:-1], second.shot.period / first.shot.period)
         equations = period_map(flow, targets[0], reversible=reversible)
-        return cls(flow, equations, first, start, end, budget)
+        gamma = mean_gamma_of(flow, targets[0].q, targets[0].velocity, targets[0].period)
+        return cls(flow, equations, first, gamma, start, end, budget)
 
     def bifurcations(self) -> tuple[list[Bifurcation], bool]:
         """Bifurcations from one end to the other, and whether they are all there are."""
@@ -311,9 +313,8 @@ class _Chord:
 
     def _gamma_ratio(self, q: Array, velocity: Array, period: float) -> float:
         """Its gamma over that of the first motion, times the ratio of that."""
-        first = self.first.shot
-        known = mean_gamma_of(self.flow, first.q, first.velocity, first.period)
-        return self.first.gamma_ratio * mean_gamma_of(self.flow, q, velocity, period) / known
+        found = mean_gamma_of(self.flow, q, velocity, period)
+        return self.first.gamma_ratio * found / self.first_gamma
 
 
 def _kinds(found: Stability) -> frozenset[str]:

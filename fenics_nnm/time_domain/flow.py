@@ -41,7 +41,8 @@ class Trajectory:
         contact_time: Time with contact at some point in s.
         q_at: Coordinates at the wanted times, shape (len(times), J); nan after a failure.
         velocity_at: Velocities there.
-        transition: Derivative of the final (q, velocity) by the first, shape (2 J, 2 J), if wanted.
+        transition: Derivatives of the final (q, velocity) along changes of the first, shape
+            (2 J, c), if wanted.
         failure: Empty, or why the motion was not followed to the end.
     """
 
@@ -93,7 +94,7 @@ class Flow:
         span: float,
         *,
         times: Array | None = None,
-        transition: bool = False,
+        along: Array | None = None,
     ) -> Trajectory:
         """Follow the motion from a state for a time.
 
@@ -102,10 +103,11 @@ class Flow:
             velocity: Their velocities, shape (J,).
             span: Time in s, not negative.
             times: Ascending times from 0 to `span` at which the state is wanted.
-            transition: Whether the derivative of the final state by the first is wanted.
+            along: Changes of the first state as columns, shape (2 J, c), along which the
+                derivative of the final state is wanted.
         """
         wanted = np.empty(0) if times is None else np.asarray(times)
-        record = _Record(wanted, self.model.modes, transition=transition)
+        record = _Record(wanted, self.model.modes, along)
         if not np.all(np.isfinite([*q, *velocity, span])):
             return record.trajectory(q, velocity, 0, "the state to start from is not finite")
         clock, stage = 0.0, None
@@ -187,11 +189,11 @@ class Flow:
 class _Record:
     """What is wanted of a motion, collected stage by stage."""
 
-    def __init__(self, times: Array, modes: int, *, transition: bool) -> None:
+    def __init__(self, times: Array, modes: int, along: Array | None) -> None:
         self._times = times
         self._q = np.full((len(times), modes), np.nan)
         self._velocity = np.full((len(times), modes), np.nan)
-        self._transition: Array | None = np.eye(2 * modes) if transition else None
+        self._transition = along
         self._contact_time = 0.0
 
     def note(self, motion: StageMotion, clock: float, duration: float) -> None:

@@ -91,11 +91,11 @@ class ReversibleMap:
         """Velocities after half a period and error of the energy, J + 1 equations."""
         q, rest, period = self.state(unknowns)
         target, omega, modes = self.target, self.flow.model.omega, len(q)
-        half = self.flow.run(q, rest, period / 2, transition=True)
+        half = self.flow.run(q, rest, period / 2, along=np.eye(2 * modes, modes))
         energy = self.flow.energy(q, rest) / target.energy - 1
         jacobian = np.zeros((modes + 1, modes + 1))
         if half.transition is not None:
-            jacobian[:modes, :modes] = half.transition[modes:, :modes] / omega
+            jacobian[:modes, :modes] = half.transition[modes:] / omega
         braking = self.flow.acceleration(half.q) * target.period / 2
         jacobian[:modes, modes] = braking / target.amplitude
         by_q = self.flow.energy_gradient(q) / target.energy
@@ -129,7 +129,7 @@ class GeneralMap:
         """
         q, velocity, period = self.state(unknowns)
         target, scale, size = self.target, self._scale, 2 * len(q)
-        after = self.flow.run(q, velocity, period, transition=True)
+        after = self.flow.run(q, velocity, period, along=np.eye(size))
         gradient = np.concatenate([self.flow.energy_gradient(q), velocity]) / scale
         across = _projection(gradient)
         jacobian = np.zeros((size + 2, size + 1))

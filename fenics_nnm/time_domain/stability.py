@@ -109,7 +109,7 @@ def stability_of(
         period: Period in s.
         on_circle: As for `stability`.
     """
-    whole = flow.run(q, velocity, period, transition=True)
+    whole = flow.run(q, velocity, period, along=np.eye(2 * len(q)))
     if whole.failure or whole.transition is None:
         return _unknown(whole.failure)
     omega = flow.model.omega

@@ -1,0 +1,13 @@
+"""What a branch of any length may keep in memory besides its points."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+_Value = TypeVar("_Value")
+
+
+def forget_oldest(known: dict[float, _Value], most: int) -> None:
+    """Drop the entries that were made first, until at most so many are left."""
+    while len(known) > most:
+        known.pop(next(iter(known)))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from conftest import BEAM, Ended, changed
 
+from fenics_nnm.fem.elasticity import VTK_ORDER
 from fenics_nnm.fields.body import field_body
 from fenics_nnm.fields.invariants import principal, von_mises
 from fenics_nnm.fields.peak import largest_tension, peak_stress
@@ -28,6 +29,19 @@ def test_largest_tension_is_that_of_all_instants() -> None:
     every = principal(stress)[..., 0]
     np.testing.assert_allclose(value, every.max(axis=0), rtol=1e-13, atol=1e-13)
     np.testing.assert_array_equal(instant[2:], every.argmax(axis=0)[2:])
+
+
+def test_principal_stresses_are_eigenvalues_where_they_are_near_each_other_too() -> None:
+    rng = np.random.default_rng(4)
+    turned = np.linalg.qr(rng.standard_normal((600, 3, 3)))[0]
+    apart = 10.0 ** -rng.uniform(0, 17, 600)
+    values = np.stack([np.ones(600), 1 - apart, rng.uniform(-2, 1, 600)], axis=1)
+    values[:100] *= -1
+    values[100:110] = 0.0
+    tensor = np.einsum("nij,nj,nkj->nik", turned, values, turned)
+    stress = np.stack([tensor[:, i, j] for i, j in VTK_ORDER], axis=1)
+    wanted = -np.sort(-values, axis=1)
+    np.testing.assert_allclose(principal(stress), wanted, rtol=0, atol=1e-12)
 
 
 def test_peaks_are_those_of_stresses_recovered_one_by_one(

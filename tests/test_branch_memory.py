@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from fenics_nnm.continuation.levels import HarmonicBalance, levels
 from fenics_nnm.continuation.lift import Lift
@@ -46,6 +47,10 @@ def test_only_the_latest_motions_are_kept_with_all_that_they_were_found_with() -
         assert all(not found.forces.flexibility.size for found in stack.solutions if found)
     with_levels = [stack for stack in kept if all(stack.solutions)]
     assert with_levels == kept[-60:]
+    thinned = with_levels[-1].finest
+    assert thinned is not None
+    with pytest.raises(ValueError, match="without their derivative"):
+        equations.jacobian(thinned.omega, thinned.forces)
     for stack in kept[:-60]:
         assert stack.finest is not None and not any(stack.solutions[:-1])
     assert len(lift._alone) <= 8

@@ -56,6 +56,7 @@ class Border:
 
 def pays(equations: HarmonicEquations, forces: ContactForces) -> bool:
     """Whether the pairs of samples and points in contact are few beside the unknowns."""
+    forces.assert_complete()
     return int(np.count_nonzero(forces.used)) < _FEW * int(np.prod(equations.shape))
 
 

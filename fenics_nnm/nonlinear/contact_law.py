@@ -44,9 +44,19 @@ class ContactForces:
         nothing = np.empty((0, 0), dtype=np.int64)
         return cls(force, nothing.ravel(), nothing, nothing > 0, np.empty((0, 0, 0)))
 
+    def assert_complete(self) -> None:
+        """Refuse forces that were kept without their derivative: it would be taken for zero.
+
+        Raises:
+            ValueError: if there is none.
+        """
+        if not self.samples.size and self.force.any():
+            raise ValueError("contact forces without their derivative")
+
     @property
     def slope(self) -> Array:
         """D lambda / d (Phi q) among the points in contact, 0 in the padding, (s_a, k, k)."""
+        self.assert_complete()
         return np.linalg.inv(self.flexibility) * (self.used[:, :, None] & self.used[:, None, :])
 
     def change(self, moved: Array) -> Array:

@@ -21,6 +21,11 @@ from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.nonlinear.point import BranchPoint, PointMaker
 
 
+class Motion:
+    def thinned(self) -> Motion:
+        return self
+
+
 @dataclass
 class Hidden:
     """A course without motions between two places."""
@@ -31,7 +36,7 @@ class Hidden:
 
     def at(self, place: float, neighbour: Stack | None) -> Stack:
         self.tried.append(place)
-        motion = None if self.low < place < self.high else cast(Solution, "motion")
+        motion = None if self.low < place < self.high else cast(Solution, Motion())
         return Stack(place, place, (motion,), failure="" if motion else "hidden")
 
     def restored(self, place: float, finest: Solution) -> Stack:

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Callable
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,19 @@ from fenics_nnm.output import branch_file
 
 DEMOS = Path(__file__).parents[1] / "demos"
 
-#: Frequencies agree within this part.
+#: Frequencies, and other numbers of the table, agree within this part.
 SAME_FREQUENCY = 1e-9
+
+#: Fields of these agree less. The fork's first two modes are 1 % apart in frequency, so that
+#: round-off of the assembly alone, whose order depends on the ranks, turns their shapes by 4e-8,
+#: with the eigensolver's tolerance at 1e-10 as at 1e-12.
+SAME_FIELD_OF = {"pads": 1e-7}
+
+#: These errors are round-off below this.
+ERRORS, ROUND_OFF_ERROR = {"error_remainder", "return_error_10"}, 1e-8
+
+#: Lengths, in m, by which points miss their conditions; they are the same within this.
+LENGTHS, SAME_LENGTH = {"tension_m"}, 1e-12
 
 #: A run on two ranks that share a core takes minutes.
 _SECONDS = 1800.0
@@ -109,7 +121,7 @@ def compare(name: str, folder: Path) -> None:
         f"{key} = {a[key]} and {b[key]}"
         for a, b in zip(table, other, strict=True)
         for key in a
-        if a[key] != b[key]
+        if not _same(key, a[key], b[key])
     ]
     fields = field_differences(one, two)
     largest = max(fields, key=lambda array: fields[array])
@@ -120,7 +132,23 @@ def compare(name: str, folder: Path) -> None:
     sys.stdout.flush()
     assert apart <= SAME_FREQUENCY, frequencies
     assert not cells, cells
-    assert fields[largest] <= SAME_FIELD, fields
+    assert fields[largest] <= SAME_FIELD_OF.get(name, SAME_FIELD), fields
+
+
+def _same(key: str, one: str, two: str) -> bool:
+    """Whether cells agree; numbers may be a unit of their last digit or `SAME_FREQUENCY` apart."""
+    if one == two:
+        return True
+    try:
+        a, b = Decimal(one), Decimal(two)
+    except InvalidOperation:
+        return False
+    largest = max(abs(a), abs(b))
+    last = Decimal(1).scaleb(min(int(x.as_tuple().exponent) for x in (a, b)))
+    allowed = max(last, Decimal(SAME_FREQUENCY) * largest)
+    if key in LENGTHS:
+        allowed = max(allowed, Decimal(SAME_LENGTH))
+    return abs(a - b) <= allowed or (key in ERRORS and largest < ROUND_OFF_ERROR)
 
 
 def _run(ranks: int, folder: Path, *arguments: object) -> None:

@@ -29,3 +29,13 @@ def eigenproblem(stiffness: PETSc.Mat, mass: PETSc.Mat, prefix: str) -> SLEPc.EP
     eps.setTolerances(_TOLERANCE, _RESTARTS)
     eps.setFromOptions()
     return eps
+
+
+def ask_for(eps: SLEPc.EPS, count: int) -> None:
+    """Ask for so many eigenpairs; the basis is as large as the user says, or SLEPc's choice.
+
+    In SLEPc 3.25 a size left to SLEPc would take the place of the user's; in 3.22 it did not.
+    """
+    options = PETSc.Options(eps.getOptionsPrefix())
+    size, projected = (options.getInt(f"eps_{key}", PETSc.DETERMINE) for key in ("ncv", "mpd"))
+    eps.setDimensions(count, size, projected)

@@ -10,7 +10,7 @@ from petsc4py import PETSc
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ConvergenceError, ModelError, OutOfMemoryError
 from fenics_nnm.fem.block import solved
-from fenics_nnm.fem.eigenproblem import eigenproblem
+from fenics_nnm.fem.eigenproblem import ask_for, eigenproblem
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
@@ -76,7 +76,7 @@ class DirectModalSolver:
         if count > self.free:
             raise ModelError(f"reduction.modes = {count}: the mesh has only {self.free} free dofs")
         wanted = min(count + _SPARE, self.free)
-        self._eps.setDimensions(wanted, PETSc.DETERMINE, PETSc.DETERMINE)
+        ask_for(self._eps, wanted)
         self._eps.setFromOptions()
         try:
             self._eps.solve()

@@ -15,7 +15,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.block import product, solved
-from fenics_nnm.fem.eigenproblem import eigenproblem
+from fenics_nnm.fem.eigenproblem import ask_for, eigenproblem
 from fenics_nnm.fem.factorisation import factorise, use_mumps
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.vertices import at_vertices
@@ -76,7 +76,7 @@ class TwoLevel:
     def modes(self, count: int) -> Array:
         """The lowest modes of the linear elements, prolongated, shape (n_owned, <= count)."""
         wanted = min(count, self.coarse_free)
-        self._eps.setDimensions(wanted, PETSc.DETERMINE, PETSc.DETERMINE)
+        ask_for(self._eps, wanted)
         self._eps.solve()
         coarse, fine = self._coarse[0].createVecRight(), self._prolongation.createVecLeft()
         found = min(self._eps.getConverged(), count)

@@ -80,9 +80,14 @@ def motion_names(points: Sequence[BranchPoint]) -> list[str]:
 
 
 def _mode_shapes(branch: StoredBranch, point: BranchPoint, name: str) -> dict[str, Array]:
-    """The shapes of a motion where the contact point that moves most is nearest and farthest."""
+    """The shapes of a motion where the contact point that moves most is nearest and farthest.
+
+    Where all points stay closed it is the one whose force changes most, most and least pressed.
+    """
     phase = 2 * np.pi * np.arange(branch.header.samples) / branch.header.samples
-    gap = branch.gap(point, phase)
+    gap, (begin,) = branch.gap(point, phase), branch.displacement(point, phase[:1])
+    if np.ptp(gap) <= _TIE * np.abs(begin).max():
+        gap = -branch.forces(point, phase)
     moves_most = int(np.argmax(np.ptp(gap, axis=0)))
     moved, tie = gap[:, moves_most], _TIE * np.ptp(gap)
     closed, opened = np.argmax(moved <= moved.min() + tie), np.argmax(moved >= moved.max() - tie)

@@ -62,7 +62,7 @@ def noted_points(folder: Path) -> list[list[Any]]:
 
 def numbers(point: BranchPoint) -> list[Any]:
     """Numbers of a point, as they are noted."""
-    arrays = [getattr(point, name).tolist() for name in journal.ARRAYS]
+    arrays = [getattr(point, name).tolist() for name in ("q", "force", "free")]
     return [point.gamma_ratio, point.frequency, point.energy, *arrays]
 
 
@@ -86,7 +86,7 @@ def assert_all_open(folder: Path) -> None:
             assert file.attrs["format"] == branch_file.FORMAT
     for path in folder.rglob("branch.points/*.npz"):
         with np.load(path) as arrays:
-            assert set(arrays) == {"q", "force", "free", "scalars"}
+            assert set(arrays) == {*journal.ARRAYS, "scalars"}
 
 
 #: Forks a child for each run, after imports that take longer than it does, and says how it ended.

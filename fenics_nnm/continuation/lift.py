@@ -286,10 +286,11 @@ class Lift:
         )
 
     def _lifted(self, gamma_ratio: float, neighbour: Stack | None) -> Stack:
-        solutions: list[Solution | None] = [self.coarse(gamma_ratio)]
-        attempt = _Attempt(
-            solutions[0], "" if solutions[0] else "the single-mode problem has no solution"
-        )
+        alone = self.coarse(gamma_ratio)
+        if alone is not None and len(self.levels) == 1:
+            alone = alone.completed(self.levels[0].equations)
+        solutions: list[Solution | None] = [alone]
+        attempt = _Attempt(alone, "" if alone else "the single-mode problem has no solution")
         for index in range(1, len(self.levels)):
             attempt = self._level(index, gamma_ratio, solutions, neighbour)
             solutions.append(attempt.solution)

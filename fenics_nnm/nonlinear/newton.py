@@ -113,6 +113,10 @@ class Solution:
         """The same without the derivative of its forces, which is most of its memory."""
         return replace(self, forces=ContactForces.alone(self.forces.force))
 
+    def completed(self, equations: Equations) -> Solution:
+        """The same with the derivative of its forces."""
+        return replace(self, forces=equations.forces(self.q, self.omega, self.forces))
+
 
 @dataclass(frozen=True, slots=True)
 class Unknowns:

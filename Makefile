@@ -113,7 +113,7 @@ verify-viewers:
 
 # Pages as they are seen in a browser, on a desktop and on a telephone.
 look:
-	for study in rod/paper rotor37/rotor37 plate/plate; do \
+	for study in rod/paper rotor37/rotor37 shroud/shroud; do \
 	    $(RUN) fenics-nnm run demos/$$study.toml --output $(LOOKS)/$$study && \
 	    $(RUN) fenics-nnm report $(LOOKS)/$$study || exit; done
 	$(RUN) --viewers python3 tests/look_at_pages.py $(LOOKS)/*/*/report.html --output $(LOOKS)/pages

@@ -5,7 +5,8 @@
 
 Each element size in m is a run in a process of its own, so that its peak memory is its own. Times
 are CPU seconds of the process, which other work on the machine changes less than the clock; give
-OMP_NUM_THREADS=1. Ratios: attachments over modes, and all over mesh + assembly + modes.
+OMP_NUM_THREADS=1. Ratios: attachments over modes, and all over mesh + assembly + factors +
+modes.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ STUDY = ROOT / "demos/rotor37/rotor37.toml"
 #: Energies of the branch: 30 points.
 ENERGIES = "energies = { from = 0.7, to = 2.875, step = 0.075 }\nreport_at = [0.7, 1.2, 1.825, 2.8]"
 
-COLUMNS = ("mesh", "assembly", "modes", "attachments", "backbone", "output")
+COLUMNS = ("mesh", "assembly", "factors", "modes", "attachments", "backbone", "output")
 
 
 def main() -> None:
@@ -113,7 +114,7 @@ def heading() -> str:
 
 def row(found: dict[str, Any]) -> str:
     spent = [found.get(name, 0.0) for name in COLUMNS]
-    linear = sum(spent[:3])
+    linear = sum(spent[:4])
     numbers = (
         f"{found['size']:g}",
         f"{found['dofs']}",

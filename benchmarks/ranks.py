@@ -20,7 +20,7 @@ from pathlib import Path
 SIZES = (0.0024, 0.0011)
 
 #: Stages in the order of a run; the first is serial.
-STAGES = ("gmsh", "mesh", "assembly", "modes", "attachments")
+STAGES = ("gmsh", "mesh", "assembly", "factors", "modes", "attachments")
 
 STUDY = Path(__file__).parents[1] / "demos/rotor37/rotor37.toml"
 

@@ -125,11 +125,11 @@ def compare(name: str, folder: Path) -> None:
     ]
     fields = field_differences(one, two)
     largest = max(fields, key=lambda array: fields[array])
-    sys.stdout.write(
-        f"{name}: {len(table)} points, frequencies differ by {apart:.1e}, {len(cells)} cells of "
-        f"backbone.csv, fields by {fields[largest]:.1e} ({largest})\n"
+    told = STUDIES[name].__doc__ or name
+    _say(
+        f"| {told.rstrip('.')} | {len(table)} | {apart:.1e} | {len(cells)} "
+        f"| {fields[largest]:.1e}, {largest} |"
     )
-    sys.stdout.flush()
     assert apart <= SAME_FREQUENCY, frequencies
     assert not cells, cells
     assert fields[largest] <= SAME_FIELD_OF.get(name, SAME_FIELD), fields
@@ -156,11 +156,20 @@ def _run(ranks: int, folder: Path, *arguments: object) -> None:
     assert ended.code == 0, ended.err
 
 
+def _say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
 def main(names: list[str]) -> None:
-    """Compare all studies, or those named."""
+    """Compare all studies, or those named, and print a row of a table for each."""
+    _say("" if names else "docs: two_ranks")
+    _say("| study | points | frequencies differ by | cells of backbone.csv | fields differ by |")
+    _say("|---|---|---|---|---|")
     for name in names or STUDIES:
         with tempfile.TemporaryDirectory() as folder:
             compare(name, Path(folder))
+    _say("")
 
 
 if __name__ == "__main__":

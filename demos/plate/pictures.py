@@ -53,7 +53,9 @@ def draw_comparison(path: Path, ratios: Array, found: dict[tuple[str, int], Arra
         axes.axvline(1, color="0.6", lw=0.8, ls=":")
         axes.grid(alpha=0.3)
         axes.legend(fontsize=9)
-    caption = "Left: frequency over energy; contact begins at 1 (dotted). Right: their difference."
+    caption = (
+        "Left: frequency over gamma ratio; contact begins at 1 (dotted). Right: their difference."
+    )
     _finish(figure, path, "Dumbbell on a line: two methods, 40 modes", caption)
 
 
@@ -80,18 +82,18 @@ def draw_pressure(
             colour = f"C{index}"
             place.plot(1e3 * y, pressure / 1e6, ".-", ms=4, lw=1, color=colour,
                        label=f"t = {phase:.3f} T")  # fmt: skip
-        place.set_title(f"{method}, energy {ratio:g}", fontsize=10)
+        place.set_title(f"{method}, gamma ratio {ratio:g}", fontsize=10)
         place.set_ylabel("pressure of harmonics 0 to N  (MPa)")
     top = max(place.get_ylim()[1] for place in axes[:2])
     for place in axes[:2]:
         place.set_ylim(0, 1.3 * top)
     for method, curves in means.items():
         colour, line = _STYLE[method]
-        for energy, pressure in curves.items():
-            marker = "o" if energy == ratio else "^"
+        for reached, pressure in curves.items():
+            marker = "o" if reached == ratio else "^"
             axes[2].plot(1e3 * y, pressure / 1e6, line, marker=marker, ms=3, lw=1, color=colour,
-                         label=f"{method}, energy {energy:g}")  # fmt: skip
-    axes[2].set_title("mean over the period", fontsize=10)
+                         label=f"{method}, {reached:g}")  # fmt: skip
+    axes[2].set_title("mean over the period, at gamma ratios", fontsize=10)
     axes[2].set_ylabel("mean pressure  (MPa)")
     axes[2].set_ylim(0, 1.45 * axes[2].get_ylim()[1])
     for place in axes:
@@ -100,7 +102,7 @@ def draw_pressure(
         place.legend(fontsize=8, loc="upper center", ncols=1 if place is axes[2] else 2)
     caption = (
         "Every dot is a contact point; T is the period, t = 0 the middle of contact. "
-        "Energies are gamma over its value at first contact."
+        "Gamma ratios: gamma over its value at first contact."
     )
     _finish(figure, path, "Pressure along the contact line", caption)
 

@@ -18,6 +18,10 @@ logger = logging.getLogger(__name__)
 #: MUMPS's ICNTL(31) = 1: the factors are thrown away as they are made. A count needs none.
 _DISCARD = ("mat_mumps_icntl_31", 1)
 
+#: ICNTL(13) = 1: of several ranks one factorises the last block alone. MUMPS does not count the
+#: negative pivots of a block that ScaLAPACK factorises.
+_ROOT_ALONE = ("mat_mumps_icntl_13", 1)
+
 
 #: A squared frequency below this part of the highest one computed is a rigid-body mode.
 _RIGID = 1e-9
@@ -93,7 +97,7 @@ def modes_below(solid: Solid, shift: float, memory: float | None = None) -> int:
     ksp = PETSc.KSP().create(shifted.comm)
     ksp.setOptionsPrefix("nnm_inertia_")
     ksp.setOperators(shifted)
-    use_mumps(ksp, (_DISCARD,))
+    use_mumps(ksp, (_DISCARD, _ROOT_ALONE))
     try:
         with limited_memory(ksp, memory):
             factorise(ksp)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import TracebackType
-
 import numpy as np
 from petsc4py import PETSc
 
@@ -12,12 +10,12 @@ from fenics_nnm.errors import ConvergenceError
 from fenics_nnm.fem.block import product, solved
 from fenics_nnm.fem.factorisation import factorise, use_mumps
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.fem.parallel import all_arrive
+from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
 from fenics_nnm.reduction.truncation import MasslessTruncation
 
 
-class HarmonicSolver:
+class HarmonicSolver(HeldTogether):
     """Residual flexibility D of the harmonics about a frequency; a context manager.
 
     One matrix Z = K - s M and one symbolic factorisation serve all harmonics, one after the
@@ -38,7 +36,7 @@ class HarmonicSolver:
         solid = analysis.solid
         self._analysis = analysis
         self._comm = solid.tagged.mesh.comm
-        self._apart = self._comm.Dup()
+        super().__init__(self._comm)
         self._mass_shapes = product(solid.mass, analysis.reduction.shapes)
         self._forces = (
             analysis.interface.unit_forces(solid.owned) - self._mass_shapes @ analysis.model.Phi.T
@@ -52,21 +50,10 @@ class HarmonicSolver:
         use_mumps(self._ksp)
         self.factorisations = 0
 
-    def __enter__(self) -> HarmonicSolver:
-        """Enter the context."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Free the factorisation, if all ranks are there to do so."""
-        if error is None or all_arrive(self._apart):
-            self._ksp.destroy()
-            self._matrix.destroy()
-            self._apart.Free()
+    def release(self) -> None:
+        """Free the factorisation."""
+        self._ksp.destroy()
+        self._matrix.destroy()
 
     def __call__(self, omega: float) -> ResidualFlexibility:
         """D of all harmonics, accurate about omega in rad/s; called on all ranks alike.

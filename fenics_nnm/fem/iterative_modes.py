@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-from types import TracebackType
-
 import numpy as np
 
 from fenics_nnm.arrays import Array
@@ -12,12 +9,11 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.conjugate_gradients import static_displacements
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.lobpcg import lowest_modes
+from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.fem.pencil import Pencil
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.two_level import TwoLevel
 from fenics_nnm.reduction.linear_modes import LinearModes
-
-logger = logging.getLogger(__name__)
 
 #: Error of a mode in the norm of its strain energy; that of its frequency is near the square.
 _MODES = 1e-7
@@ -30,7 +26,7 @@ _STATIC = 1e-10
 _SPARE, _RANDOM = 8, 4
 
 
-class IterativeModalSolver:
+class IterativeModalSolver(HeldTogether):
     """Modes by LOBPCG and attachments by conjugate gradients; a context manager.
 
     Both are preconditioned by two levels, linear and quadratic elements of the same mesh.
@@ -51,20 +47,12 @@ class IterativeModalSolver:
                 f"body.degree = {solid.body.degree}: the iterative solver needs quadratic "
                 'elements: must be 2, or solver.linear "direct"'
             )
+        super().__init__(solid.tagged.mesh.comm)
         self._solid, self._memory = solid, memory
         self.free = solid.free
         self._pencil, self._preconditioner = Pencil(solid), TwoLevel(solid)
 
-    def __enter__(self) -> IterativeModalSolver:
-        """Enter the context."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def release(self) -> None:
         """Free the preconditioner."""
         self._preconditioner.destroy()
 

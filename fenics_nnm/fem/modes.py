@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import TracebackType
-
 import numpy as np
 from petsc4py import PETSc
 
@@ -14,7 +12,7 @@ from fenics_nnm.fem.eigenproblem import ask_for, eigenproblem
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
-from fenics_nnm.fem.parallel import all_arrive
+from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import LinearModes
 
@@ -22,7 +20,7 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 _SPARE = 4
 
 
-class DirectModalSolver:
+class DirectModalSolver(HeldTogether):
     """Factorises the stiffness once; a context manager that frees it.
 
     PETSc options of the eigensolver take the prefix `nnm_`.
@@ -44,27 +42,16 @@ class DirectModalSolver:
         """
         self._solid, self._memory = solid, memory
         self.free = solid.free
-        self._apart = solid.tagged.mesh.comm.Dup()
+        super().__init__(solid.tagged.mesh.comm)
         self._eps = eigenproblem(solid.stiffness, solid.mass, "nnm_")
         self._ksp = self._eps.getST().getKSP()
         self._ksp.setOperators(solid.stiffness)  # which shift-invert about zero keeps
         use_mumps(self._ksp)
         self._factorise()
 
-    def __enter__(self) -> DirectModalSolver:
-        """Enter the context."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Free the factorisation, if all ranks are there to do so."""
-        if error is None or all_arrive(self._apart):
-            self._eps.destroy()
-            self._apart.Free()
+    def release(self) -> None:
+        """Free the factorisation."""
+        self._eps.destroy()
 
     def modes(self, count: int) -> LinearModes:
         """The `count` lowest modes, with a check that none was missed.

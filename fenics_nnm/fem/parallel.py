@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from types import TracebackType
+from typing import Any, Self, TypeVar, cast
 
 from mpi4py import MPI
 
@@ -45,6 +47,33 @@ def all_arrive(comm: MPI.Comm, *, seconds: float = 5.0) -> bool:
             return False
         time.sleep(0.01)
     return True
+
+
+class HeldTogether(ABC):
+    """A context manager of what all ranks hold together, and must be there to free."""
+
+    def __init__(self, comm: MPI.Intracomm) -> None:
+        """Prepare for the ranks of `comm`."""
+        self._apart = comm.Dup()  # in `comm` ranks may wait for one that fails alone
+
+    @abstractmethod
+    def release(self) -> None:
+        """Free it, on all ranks."""
+
+    def __enter__(self) -> Self:
+        """Enter the context."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Free it, if all ranks are there to do so."""
+        if error is None or all_arrive(self._apart):
+            self.release()
+            self._apart.Free()
 
 
 def conducted(

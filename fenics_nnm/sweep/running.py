@@ -18,8 +18,6 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.sweep.outcome import Standing
 from fenics_nnm.sweep.plan import Case
 
-logger = logging.getLogger(__name__)
-
 
 @dataclass(frozen=True, slots=True)
 class Ran:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.continuation.arc_length import evaluated, unknowns
+from fenics_nnm.continuation.arc_length import evaluated
 from fenics_nnm.continuation.coarse import GRAZING_GAMMA, CoarseBranch
 from fenics_nnm.continuation.frequency_lift import FrequencyLift
 from fenics_nnm.continuation.levels import Guess, Level
@@ -248,7 +248,7 @@ class Lift:
         if alone is None:
             return float("nan")
         coarsest = self.levels[0].equations
-        slope = frequency_slope(coarsest, evaluated(coarsest, unknowns(alone)))
+        slope = frequency_slope(coarsest, alone.completed(coarsest))
         if not abs(slope) > _LEVEL:
             return float("nan")
         return frequency_slope(self.levels[-1].equations, finest) / slope

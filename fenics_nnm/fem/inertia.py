@@ -8,10 +8,10 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ConvergenceError, ModelError, OutOfMemoryError
+from fenics_nnm.errors import ModelError, OutOfMemoryError
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.reduction.linear_modes import counting_shift
+from fenics_nnm.reduction.linear_modes import counted, counting_shift
 
 logger = logging.getLogger(__name__)
 
@@ -68,12 +68,7 @@ def counted_below(solid: Solid, squared: Array, count: int, memory: float | None
     except OutOfMemoryError as error:
         logger.warning("modes are not counted, as memory is short: one might be missed: %s", error)
         return 0.0
-    if negative != inside:
-        raise ConvergenceError(
-            f"eigensolver: {inside} modes below {np.sqrt(shift) / 2 / np.pi:.6g} Hz, but the "
-            f"inertia of K - s^2 M counts {negative}: a mode was missed"
-        )
-    return float(np.sqrt(shift))
+    return counted(shift, inside, negative)
 
 
 def modes_below(solid: Solid, shift: float, memory: float | None = None) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ConvergenceError
 
 #: Squared frequencies nearer than this part of each other are one group.
 _APART = 1e-6
@@ -53,3 +54,22 @@ def counting_shift(squared: Array, count: int) -> tuple[float, int]:
     if inside == 0:
         return 0.0, 0
     return float((squared[inside - 1] + squared[inside]) / 2), inside
+
+
+def counted(shift: float, inside: int, negative: int) -> float:
+    """Circular frequency in rad/s below which no mode is missing.
+
+    Args:
+        shift: Squared circular frequency, as from `counting_shift`.
+        inside: Modes found below it.
+        negative: Negative pivots of K - shift M, as many as there are modes below it.
+
+    Raises:
+        ConvergenceError: if a mode was missed.
+    """
+    if negative != inside:
+        raise ConvergenceError(
+            f"eigensolver: {inside} modes below {np.sqrt(shift) / 2 / np.pi:.6g} Hz, but the "
+            f"inertia of K - s^2 M counts {negative}: a mode was missed"
+        )
+    return float(np.sqrt(shift))

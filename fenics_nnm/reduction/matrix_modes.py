@@ -11,7 +11,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError, ModelError
-from fenics_nnm.reduction.linear_modes import LinearModes, counting_shift
+from fenics_nnm.reduction.linear_modes import LinearModes, counted, counting_shift
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.operators import Operators
 
@@ -149,12 +149,7 @@ class MatrixSolver:
         negative = _negative_pivots(self._matrices.K - shift * self._matrices.M)
         if negative is None:
             return 0.0
-        if negative != inside:
-            raise ConvergenceError(
-                f"eigensolver: {inside} modes below {np.sqrt(shift) / 2 / np.pi:.6g} Hz, but the "
-                f"inertia of K - s^2 M counts {negative}: a mode was missed"
-            )
-        return float(np.sqrt(shift))
+        return counted(shift, inside, negative)
 
 
 def _all_modes(solve: Solve, M: Any) -> tuple[Array, Array]:

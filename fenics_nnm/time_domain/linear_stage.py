@@ -153,6 +153,16 @@ class StageMotion:
         wave = self.amplitude * np.exp(1j * np.outer(times, stage.nu))
         return wave.real @ stage.V.T + stage.rest, -(stage.nu * wave.imag) @ stage.V.T
 
+    def speed_integral(self, time: float) -> float:
+        """Integral of |q'|^2 from the start to a time, in J s.
+
+        With z = amplitude exp(i nu t) it is that of sum_j nu_j^2 Im(z_j)^2, as V is orthonormal,
+        and 2 Im(z)^2 = |z|^2 - Re(z^2).
+        """
+        nu, squares = self.stage.nu, self.amplitude**2
+        turned = squares * np.expm1(2j * time * nu)
+        return float(nu @ (nu * np.abs(squares) * time / 2 - turned.imag / 4))
+
     def end(self, start: float, longest: float) -> float:
         """First time after `start` at which a margin is negative, or `longest`.
 

@@ -29,7 +29,7 @@ from itertools import pairwise
 import numpy as np
 
 from fenics_nnm.arrays import Array, Complex
-from fenics_nnm.time_domain.chord import Budget, Chord, FamilyMotion
+from fenics_nnm.time_domain.chord import TOLERANCE, Budget, Chord, FamilyMotion
 from fenics_nnm.time_domain.crossing import crossing
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.shooting import ShotMotion, mean_gamma, mean_gamma_of
@@ -40,10 +40,6 @@ SYMMETRY_BREAKING = "symmetry breaking"
 PERIOD_DOUBLING = "period doubling"
 NEIMARK_SACKER = "Neimark-Sacker"
 KINDS = (FOLD, SYMMETRY_BREAKING, PERIOD_DOUBLING, NEIMARK_SACKER)
-
-#: Motions that are farther apart, with none found between them, bracket no bifurcation: they may be
-#: of two families.
-_FARTHEST = 0.02
 
 #: Points farther apart than this, relative in the energy norm, are no neighbours on a family.
 _LONGEST = 0.5
@@ -174,7 +170,7 @@ class _Search:
             return found, False
         for _ in range(_MOST_BETWEEN):
             before, left = self.chord.bracket(left, end)
-            if before.distance(left) > _FARTHEST:
+            if before.distance(left) > TOLERANCE:
                 return found, False
             found += self._events(before, left)
             if left.instabilities == end.instabilities:

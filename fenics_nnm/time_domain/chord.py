@@ -21,7 +21,7 @@ from fenics_nnm.time_domain.shooting import ShotMotion
 from fenics_nnm.time_domain.stability import Stability, stability_of
 
 #: Motions that are nearer to each other, relative in the energy norm, bracket a bifurcation.
-_TOLERANCE = 1e-3
+TOLERANCE = 1e-3
 
 #: Between motions that are nearer than this the multipliers are as good as linear.
 _STRAIGHT = 0.01
@@ -126,13 +126,15 @@ class Chord:
     def bracket(self, left: FamilyMotion, right: FamilyMotion) -> tuple[FamilyMotion, FamilyMotion]:
         """Neighbouring motions of which the first is as unstable as `left`, the second not.
 
+        They are farther apart than `TOLERANCE` where none was found between them, or only such of
+        another family.
         The next motion is shot half-way, or, where the way is short, a little beyond the place
         where the multipliers are expected to leave the circle.
         """
         kinds, length, slow = left.instabilities, left.distance(right), 0
-        while length > _TOLERANCE and slow < _MOST_SLOW and self.budget.left > 0:
+        while length > TOLERANCE and slow < _MOST_SLOW and self.budget.left > 0:
             halve = slow or length > _STRAIGHT
-            share = 0.5 if halve else _expected(left, right, _BEYOND * _TOLERANCE / length)
+            share = 0.5 if halve else _expected(left, right, _BEYOND * TOLERANCE / length)
             middle = self._motion(left, right, share)
             if middle is None:
                 break

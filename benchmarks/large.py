@@ -2,11 +2,13 @@
 
     environment/run python3 benchmarks/large.py 0.003 0.0018 0.0011
     environment/run python3 benchmarks/large.py --solver iterative --linear-only 0.0011
+    environment/run python3 benchmarks/large.py --solver both 0.0018
 
 Each element size in m is a run in a process of its own, so that its peak memory is its own. Times
 are CPU seconds of the process, which other work on the machine changes less than the clock; give
-OMP_NUM_THREADS=1. Ratios: attachments over modes, and all over mesh + assembly + factors +
-modes.
+OMP_NUM_THREADS=1. Ratios: attachments over modes, and all over mesh + assembly + factors + modes.
+With "both" solvers the linear parts of both are compared: the largest relative difference of
+frequencies, and that of the static flexibility R, over its largest entry.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 ROOT = Path(__file__).resolve().parent.parent
 STUDY = ROOT / "demos/rotor37/rotor37.toml"
 
@@ -33,7 +37,8 @@ COLUMNS = ("mesh", "assembly", "factors", "modes", "attachments", "backbone", "o
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("sizes", type=float, nargs="+", help="element sizes in m")
-    parser.add_argument("--solver", default="auto", choices=("auto", "direct", "iterative"))
+    solvers = ("auto", "direct", "iterative", "both")
+    parser.add_argument("--solver", default="auto", choices=solvers)
     parser.add_argument("--linear-only", action="store_true", help="no branch and no files")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
@@ -42,12 +47,33 @@ def main() -> None:
         return
     print(heading())
     for size in arguments.sizes:
-        options = ["--linear-only"] * arguments.linear_only
-        command = [sys.executable, __file__, "--child", "--solver", arguments.solver]
-        ended = subprocess.run(
-            [*command, *options, str(size)], check=True, stdout=subprocess.PIPE, text=True
-        )
-        print(row(json.loads(ended.stdout.splitlines()[-1])), flush=True)
+        if arguments.solver == "both":
+            direct, iterative = (
+                told(size, solver, linear_only=True) for solver in ("direct", "iterative")
+            )
+            print(difference(direct, iterative), flush=True)
+        else:
+            told(size, arguments.solver, linear_only=arguments.linear_only)
+
+
+def told(size: float, solver: str, *, linear_only: bool) -> dict[str, Any]:
+    """A run in a process of its own, of which a row is printed."""
+    options = ["--linear-only"] * linear_only
+    command = [sys.executable, __file__, "--child", "--solver", solver, *options, str(size)]
+    ended = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    found = json.loads(ended.stdout.splitlines()[-1])
+    print(row(found), flush=True)
+    return dict(found)
+
+
+def difference(direct: dict[str, Any], iterative: dict[str, Any]) -> str:
+    """How far two linear parts are from each other."""
+    one, other = (np.array(each["frequencies"]) for each in (direct, iterative))
+    R, S = (np.array(each["R"]) for each in (direct, iterative))
+    return (
+        f"iterative less direct: frequencies {np.abs(other / one - 1).max():.1e},"
+        f" R {np.abs(S - R).max() / np.abs(R).max():.1e}"
+    )
 
 
 def measured(size: float, solver: str, linear_only: bool) -> dict[str, Any]:
@@ -64,8 +90,14 @@ def measured(size: float, solver: str, linear_only: bool) -> dict[str, Any]:
         file = Path(folder) / "study.toml"
         file.write_text(text)
         study, begun = read_study(file), time.perf_counter()
+        linear: dict[str, Any] = {}
         if linear_only:
-            dofs = linear_analysis(study, MPI.COMM_WORLD, stages).solid.dofs
+            found = linear_analysis(study, MPI.COMM_WORLD, stages)
+            dofs = found.solid.dofs
+            linear = {
+                "frequencies": found.modes.frequencies.tolist(),
+                "R": found.model.R.tolist(),
+            }
         else:
             dofs = run_study(study, text, Path(folder) / "results", stages=stages).summary["dofs"]
     return {
@@ -74,6 +106,7 @@ def measured(size: float, solver: str, linear_only: bool) -> dict[str, Any]:
         "clock": time.perf_counter() - begun,
         "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
         **stages.timings,
+        **linear,
     }
 
 

@@ -73,6 +73,19 @@ def wait_for(condition: Callable[[], object], process: subprocess.Popen[Any]) ->
         time.sleep(0.005)
 
 
+def wait_for_end(number: int) -> None:
+    """Wait until a process that is no child of this one has ended."""
+    stat, end = Path(f"/proc/{number}/stat"), time.monotonic() + 60
+    while time.monotonic() < end:
+        try:
+            state = stat.read_text().rpartition(")")[2].split()[0]
+        except (FileNotFoundError, ProcessLookupError):
+            return
+        if state == "Z":
+            return
+        time.sleep(0.005)
+
+
 def branch_in(folder: Path) -> Path:
     """The one branch.h5 of a results folder, of a finished run or not."""
     (path,) = [*folder.glob("branch.h5"), *folder.glob(".running-*/branch.h5")]

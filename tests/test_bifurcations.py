@@ -19,14 +19,21 @@ from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.time_domain.bifurcations import (
     Bifurcation,
     Witness,
-    _test_function,
     bifurcations,
 )
+from fenics_nnm.time_domain.crossing import crossing
 from fenics_nnm.time_domain.family import Steps, family_tangent, periodic_motion
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.period_map import Target, period_map
 from fenics_nnm.time_domain.shooting import Shooting, ShotMotion, shoot
-from fenics_nnm.time_domain.stability import COMPLEX, DOUBLING, REAL, stability
+from fenics_nnm.time_domain.stability import (
+    COMPLEX,
+    DOUBLING,
+    REAL,
+    Stability,
+    _kind,
+    stability,
+)
 
 BALANCE = HarmonicBalance(10, 256)
 
@@ -221,17 +228,30 @@ def test_fold_of_a_family() -> None:
     assert abs(ends[1] / ends[0] - 1) > 1e-3
 
 
-def test_functions_that_change_sign() -> None:
-    def pairs(*chosen: complex) -> Array:
-        values = [m for mu in chosen for m in (mu, 1 / mu)]
-        return np.array(values, dtype=complex)
+def test_place_of_a_crossing_between_two_motions() -> None:
+    """Multipliers of oscillators whose sums a = mu + 1/mu go linearly from one motion to the other.
 
-    on, off = np.exp(2.0j), 1.2 * np.exp(1.0j)
-    assert _test_function(REAL, pairs(1.1, on)) == pytest.approx(1.1 + 1 / 1.1 - 2)
-    assert _test_function(REAL, pairs(np.exp(0.1j), on)) < 0
-    assert _test_function(DOUBLING, pairs(-1.1, on)) < 0 < _test_function(DOUBLING, pairs(on))
-    quartet = pairs(off, off.conjugate())
-    assert _test_function(COMPLEX, quartet) < 0 < _test_function(COMPLEX, pairs(on, np.exp(1j)))
+    At a share t: one pair through +1 or -1; two that meet, where (a_1 - a_2)^2 is linear.
+    """
+
+    def motion(*sums: complex) -> Stability:
+        a = np.array(sums, dtype=complex)
+        larger = (a + np.sqrt((a - 2) * (a + 2))) / 2
+        larger = np.where(np.abs(larger) < 1, 1 / larger, larger)
+        values = np.concatenate([larger, 1 / larger])
+        kinds = tuple(_kind(each, 1e-9) for each in values)
+        return Stability(values, 0, 0, 0, 0, np.eye(len(values), dtype=complex), kinds)
+
+    bystander, t = 0.9, 0.3
+    for kind, edge in ((REAL, 2), (DOUBLING, -2)):
+        on, off = (edge - np.sign(edge) * 0.2 * share for share in (t, t - 1))
+        there = motion(on, bystander), motion(off, bystander)
+        assert crossing(kind, *there) == pytest.approx(t, rel=1e-9)
+        assert crossing(kind, *reversed(there)) == pytest.approx(1 - t, rel=1e-9)
+    half = np.sqrt(complex(0.01 * t)), np.sqrt(complex(0.01 * (t - 1)))
+    there = tuple(motion(0.3 + each, 0.3 - each, bystander, bystander - 1e-3) for each in half)
+    assert crossing(COMPLEX, *there) == pytest.approx(t, rel=1e-9)
+    assert crossing(COMPLEX, *reversed(there)) == pytest.approx(1 - t, rel=1e-9)
 
 
 def test_nothing_is_told_without_exact_motions() -> None:

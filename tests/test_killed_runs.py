@@ -14,7 +14,15 @@ from typing import Any
 
 import pytest
 from conftest import Ended, contents
-from killed_runs import NOTING, branch_in, noted_points, numbers, run_noting, wait_for
+from killed_runs import (
+    NOTING,
+    branch_in,
+    noted_points,
+    numbers,
+    run_noting,
+    wait_for,
+    wait_for_end,
+)
 
 from fenics_nnm.output import branch_file, owner
 from fenics_nnm.output.owner import Standing
@@ -364,6 +372,7 @@ def test_interrupted_ranks(
     finally:
         process.terminate()
         process.wait()
+    wait_for_end(rank.process)  # mpirun may end before its ranks do
     noted = noted_points(tmp_path)
     _, points = branch_file.read(branch_in(tmp_path / "out"))
     found = {point.gamma_ratio: numbers(point) for point in points}

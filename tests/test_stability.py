@@ -69,6 +69,27 @@ def test_multipliers_come_in_pairs(ratio: float) -> None:
     assert np.prod(found.multipliers) == pytest.approx(1, abs=1e-10)
 
 
+@pytest.mark.parametrize("ratio", [STABLE, KREIN, DOUBLED])
+def test_half_a_period_of_a_reversible_motion_is_enough(ratio: float) -> None:
+    flow, shot = Flow(MODEL), shots()[ratio]
+    whole, half = stability(flow, shot), stability(flow, shot, reversible=True)
+    assert half.kinds == whole.kinds
+    assert half.symplectic_error < 1e-13
+    assert half.trivial_error < 1e-10
+    for found, directions in zip(half.multipliers, half.directions.T, strict=True):
+        nearest = int(np.argmin(np.abs(whole.multipliers - found)))
+        assert whole.multipliers[nearest] == pytest.approx(found, abs=1e-9)
+        along = np.abs(np.vdot(directions, whole.directions[:, nearest]))
+        assert along == pytest.approx(1, abs=1e-8)
+    assert np.prod(half.multipliers) == pytest.approx(1, abs=1e-12)
+
+
+def test_multipliers_on_the_circle_are_there_to_round_off() -> None:
+    flow = Flow(MODEL)
+    found = stability(flow, shots()[STABLE], reversible=True)
+    assert np.abs(np.abs(found.multipliers) - 1).max() < 1e-15
+
+
 def test_kinds() -> None:
     flow = Flow(MODEL)
     stable, krein, doubled = (stability(flow, shots()[r]) for r in (STABLE, KREIN, DOUBLED))

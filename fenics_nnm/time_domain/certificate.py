@@ -35,7 +35,7 @@ def certified(flow: Flow, series: Series, point: BranchPoint) -> tuple[BranchPoi
     if not shot.converged:
         why = f"no exact motion of its energy nearby: {shot.failure}"
         return replace(point, reason=why), None
-    found = stability(flow, shot)
+    found = stability(flow, shot, reversible=not series.free_phase)
     certain = replace(
         point,
         shot_frequency=shot.frequency,

@@ -183,9 +183,13 @@ def _bounded(step: Array, steps: Steps) -> Array:
 def _line_search(
     equations: PeriodMap, at: Found, step: Array, steps: Steps, keep_energy: bool
 ) -> Found | None:
-    """The longest of the step, its half, its quarter .. that lowers the miss."""
+    """The longest of the step, its half, its quarter .. that lowers the miss.
+
+    Where the miss is accepted as it is, the step is round-off, and so are its parts.
+    """
     fraction, size = 1.0, _size(at.miss, keep_energy)
-    while fraction >= steps.shortest_fraction:
+    shortest = 1.0 if size <= steps.accepted else steps.shortest_fraction
+    while fraction >= shortest:
         trial = at.unknowns + fraction * step
         miss = equations.miss(trial)
         if not miss.failure and _size(miss, keep_energy) < size:

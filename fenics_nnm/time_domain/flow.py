@@ -41,6 +41,7 @@ class Trajectory:
         contact_time: Time with contact at some point in s.
         q_at: Coordinates at the wanted times, shape (len(times), J); nan after a failure.
         velocity_at: Velocities there.
+        speed_integral: Integral of |velocity|^2 in J s; nan if not wanted.
         transition: Derivatives of the final (q, velocity) along changes of the first, shape
             (2 J, c), if wanted.
         failure: Empty, or why the motion was not followed to the end.
@@ -52,6 +53,7 @@ class Trajectory:
     contact_time: float
     q_at: Array
     velocity_at: Array
+    speed_integral: float
     transition: Array | None = None
     failure: str = ""
 
@@ -95,6 +97,7 @@ class Flow:
         *,
         times: Array | None = None,
         along: Array | None = None,
+        speeds: bool = False,
     ) -> Trajectory:
         """Follow the motion from a state for a time.
 
@@ -105,9 +108,10 @@ class Flow:
             times: Ascending times from 0 to `span` at which the state is wanted.
             along: Changes of the first state as columns, shape (2 J, c), along which the
                 derivative of the final state is wanted.
+            speeds: Whether the integral of |velocity|^2 is wanted.
         """
         wanted = np.empty(0) if times is None else np.asarray(times)
-        record = _Record(wanted, self.model.modes, along)
+        record = _Record(wanted, self.model.modes, along, speeds=speeds)
         if not np.all(np.isfinite([*q, *velocity, span])):
             return record.trajectory(q, velocity, 0, "the state to start from is not finite")
         clock, stage = 0.0, None
@@ -189,12 +193,13 @@ class Flow:
 class _Record:
     """What is wanted of a motion, collected stage by stage."""
 
-    def __init__(self, times: Array, modes: int, along: Array | None) -> None:
+    def __init__(self, times: Array, modes: int, along: Array | None, *, speeds: bool) -> None:
         self._times = times
         self._q = np.full((len(times), modes), np.nan)
         self._velocity = np.full((len(times), modes), np.nan)
         self._transition = along
         self._contact_time = 0.0
+        self._speed_integral = 0.0 if speeds else float("nan")
 
     def note(self, motion: StageMotion, clock: float, duration: float) -> None:
         """Take what lies between `clock` and `duration` later."""
@@ -207,6 +212,8 @@ class _Record:
         if self._transition is not None:
             self._transition = motion.stage.carried(self._transition, duration)
         self._contact_time += duration * motion.stage.contact
+        if not np.isnan(self._speed_integral):
+            self._speed_integral += motion.speed_integral(duration)
 
     def trajectory(self, q: Array, velocity: Array, changes: int, failure: str) -> Trajectory:
         """The result, with the final state."""
@@ -217,6 +224,7 @@ class _Record:
             contact_time=self._contact_time,
             q_at=self._q,
             velocity_at=self._velocity,
+            speed_integral=self._speed_integral,
             transition=self._transition,
             failure=failure,
         )

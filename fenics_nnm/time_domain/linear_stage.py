@@ -19,6 +19,9 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 _ROUND_OFF = 1e-13
 _TINY = np.finfo(float).tiny
 
+#: Margins whose second derivative is bounded by less, in m/s^2, do not move.
+_STILL = 1e-200
+
 #: A step of the search below this part of the time has arrived.
 _ARRIVED = 1e-14
 
@@ -38,7 +41,8 @@ class LinearStage:
         V: Orthonormal modes as columns, shape (J, J).
         rest: Position of rest, kg^1/2 m, shape (J,).
         margin_shape: Margins per modal coordinate of the stage, shape (n_c, J).
-        margin_rate: Minus these times nu, shape (n_c, J).
+        by_wave: Margins, but for those at rest, and below them their rates, per real and imaginary
+            part of the modal coordinates in turn, shape (2 n_c, 2 J).
         margin_rest: Margins in m at rest, shape (n_c,).
         bounds: Sizes of the margins and of their second derivatives per amplitude of the modal
             coordinates, one below the other, shape (2 n_c, J).
@@ -52,7 +56,7 @@ class LinearStage:
     V: Array
     rest: Array
     margin_shape: Array
-    margin_rate: Array
+    by_wave: Array
     margin_rest: Array
     bounds: Array
     size: Array
@@ -79,7 +83,7 @@ class LinearStage:
             V=V,
             rest=rest,
             margin_shape=shape,
-            margin_rate=-shape * nu,
+            by_wave=_by_wave(shape, nu),
             margin_rest=margin_rest,
             bounds=np.vstack([size, size * nu**2]),
             size=np.abs(model.gap),
@@ -130,6 +134,15 @@ class LinearStage:
         return np.asarray(self.V @ after).reshape(transition.shape)
 
 
+def _by_wave(shape: Array, nu: Array) -> Array:
+    """See `LinearStage.by_wave`: with z' = i nu z the rate of Re(z) is -nu Im(z)."""
+    points, modes = shape.shape
+    by_part = np.zeros((2, points, modes, 2))
+    by_part[0, :, :, 0] = shape
+    by_part[1, :, :, 1] = -shape * nu
+    return by_part.reshape(2 * points, 2 * modes)
+
+
 @dataclass(frozen=True, slots=True)
 class StageMotion:
     """A motion of a stage: V Re(amplitude exp(i nu t)) + rest.
@@ -153,29 +166,40 @@ class StageMotion:
         wave = self.amplitude * np.exp(1j * np.outer(times, stage.nu))
         return wave.real @ stage.V.T + stage.rest, -(stage.nu * wave.imag) @ stage.V.T
 
+    def speed_integral(self, time: float) -> float:
+        """Integral of |q'|^2 from the start to a time, in J s.
+
+        With z = amplitude exp(i nu t) it is that of sum_j nu_j^2 Im(z_j)^2, as V is orthonormal,
+        and 2 Im(z)^2 = |z|^2 - Re(z^2).
+        """
+        nu, squares = self.stage.nu, self.amplitude**2
+        turned = squares * np.expm1(2j * time * nu)
+        return float(nu @ (nu * np.abs(squares) * time / 2 - turned.imag / 4))
+
     def end(self, start: float, longest: float) -> float:
         """First time after `start` at which a margin is negative, or `longest`.
 
         No event is missed: the second derivative of a margin is at most the sum b of its
         amplitudes times nu^2, so a margin m of rate m' stays above m + m' s - b s^2 / 2. Each step
-        leads to where the first of these parabolas ends; near an event they are Newton's, taken
-        from the safe side.
+        leads to where the first of these parabolas ends, s = m' / b + sqrt((m' / b)^2 + 2 m / b);
+        near an event they are Newton's, taken from the safe side.
         """
         stage, points = self.stage, len(self.stage.size)
         bounds = stage.bounds @ np.abs(self.amplitude)
-        size, bend = bounds[:points] + np.abs(stage.margin_rest), bounds[points:]
+        size = bounds[:points] + np.abs(stage.margin_rest)
         tolerance = _ROUND_OFF * np.maximum(np.maximum(size, stage.size), _TINY)
-        bend = np.maximum(bend, _TINY)
-        level, twice, frequency = stage.margin_rest + tolerance, 2 * bend, 1j * stage.nu
+        per_bend = 1 / np.maximum(bounds[points:], _STILL)
+        scale = np.concatenate([2 * per_bend, per_bend])
+        level, frequency = (stage.margin_rest + tolerance) * scale[:points], 1j * stage.nu
         time = start
         while time < longest:
             wave = self.amplitude * np.exp(time * frequency)
-            left = stage.margin_shape @ wave.real + level
-            rates = stage.margin_rate @ wave.imag
+            scaled = (stage.by_wave @ wave.view(np.float64)) * scale
+            left, rates = scaled[:points] + level, scaled[points:]
             if time == start and left.min() <= 0:
                 return start
-            root = np.sqrt(np.maximum(rates * rates + twice * left, 0.0))
-            step = float(np.minimum.reduce((rates + root) / bend))
+            steps = np.sqrt(np.maximum(rates * rates + left, 0.0)) + rates
+            step = float(steps[steps.argmin()])
             if step <= _ARRIVED * time:
                 return time
             time += step

@@ -120,23 +120,18 @@ def shoot(
     return _motion(flow, equations, found, options, touches=point.contact_fraction > 0)
 
 
-def mean_gamma(flow: Flow, shot: ShotMotion, *, samples: int = 4096) -> float:
+def mean_gamma(flow: Flow, shot: ShotMotion) -> float:
     """Modal energy coordinate gamma = m^ / 2 of a shot motion, with all its harmonics.
 
-    m^ = <q' . q'> / omega^2 is a mean over the period (Parseval), taken over uniform
-    samples: they err by the cube of their distance, since the third derivative of q jumps.
+    m^ = <q' . q'> / omega^2 is a mean over the period (Parseval), in closed form.
     """
-    return mean_gamma_of(flow, shot.q, shot.velocity, shot.period, samples=samples)
+    return mean_gamma_of(flow, shot.q, shot.velocity, shot.period)
 
 
-def mean_gamma_of(
-    flow: Flow, q: Array, velocity: Array, period: float, *, samples: int = 4096
-) -> float:
+def mean_gamma_of(flow: Flow, q: Array, velocity: Array, period: float) -> float:
     """`mean_gamma` of a motion given by its initial state and its period."""
-    times = period * np.arange(samples) / samples
-    speeds = flow.run(q, velocity, period, times=times).velocity_at
     omega = 2 * np.pi / period
-    return float(np.mean(np.sum(speeds**2, axis=1)) / (2 * omega**2))
+    return flow.run(q, velocity, period, speeds=True).speed_integral / (2 * period * omega**2)
 
 
 def harmonics_of(flow: Flow, shot: ShotMotion, series: Series) -> Array:

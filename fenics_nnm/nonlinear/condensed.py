@@ -171,9 +171,11 @@ class _Condensation:
         """F + M, shape (P, P)."""
         series, samples = self.equations.series, self.forces.samples[self.sample]
         table, points = self._table(), len(self.touched)
-        columns = self.point[:, None] * points + self.point
+        row = points**2
+        first = (row * samples + points * self.point)[:, None] + self.point
+        # differences in -m .. m - 1: those below zero count from the end of the table
         found = sum(
-            table[(samples[:, None] - sign * samples) % series.samples, columns]
+            table.take(first - row * (samples if sign > 0 else series.samples - samples))
             for sign in series.images
         )
         matrix = np.asarray(found * (series.weight[samples] / len(series.images)))

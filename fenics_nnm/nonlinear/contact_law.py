@@ -10,13 +10,21 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import nnls
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.nonlinear.complementary import complementary
+from fenics_nnm.nonlinear.nested_factor import compressed
+from fenics_nnm.nonlinear.set_flexibility import SetFlexibility
 
-_ACTIVE_SET_ROUNDS = 30
+
+class LocalFlexibility(Protocol):
+    """d (Phi q) / d lambda among the points in contact at s_a samples."""
+
+    def blocks(self, points: Indices, used: Mask) -> Array:
+        """It at points of shape (s_a, k), a multiple of the identity where not `used`."""
+
+    def stiffness(self, sets: Mask, shapes: Array) -> Array:
+        """Phi_A^T F_AA^-1 Phi_A for sets A, shape (s_a, n_c), and shapes Phi, shape (n_c, J)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,21 +36,28 @@ class ContactForces:
         samples: Indices of the samples with contact, shape (s_a,).
         points: Indices of the points in contact at each of these, padded, shape (s_a, k).
         used: Which of them are no padding, shape (s_a, k).
-        flexibility: d (Phi q) / d lambda among these points, a multiple of the identity in the
-            padding, shape (s_a, k, k).
+        local: What d (Phi q) / d lambda follows from; None without contact.
     """
 
     force: Array
     samples: Indices
     points: Indices
-    used: NDArray[np.bool_]
-    flexibility: Array
+    used: Mask
+    local: LocalFlexibility | None
 
     @classmethod
     def alone(cls, force: Array) -> ContactForces:
         """Forces without their derivative."""
         nothing = np.empty((0, 0), dtype=np.int64)
-        return cls(force, nothing.ravel(), nothing, nothing > 0, np.empty((0, 0, 0)))
+        return cls(force, nothing.ravel(), nothing, nothing > 0, None)
+
+    @classmethod
+    def of(cls, force: Array, local: LocalFlexibility) -> ContactForces:
+        """Forces with their derivative."""
+        active = force > 0
+        samples = np.flatnonzero(active.any(axis=1))
+        points, used = compressed(active[samples])
+        return cls(force, samples, points, used, local)
 
     def assert_complete(self) -> None:
         """Refuse forces that were kept without their derivative: it would be taken for zero.
@@ -54,10 +69,31 @@ class ContactForces:
             raise ValueError("contact forces without their derivative")
 
     @property
+    def flexibility(self) -> Array:
+        """D (Phi q) / d lambda among the points in contact, (s_a, k, k).
+
+        In the padding it is a multiple of the identity.
+        """
+        self.assert_complete()
+        if self.local is None:
+            return np.empty((0, 0, 0))
+        return self.local.blocks(self.points, self.used)
+
+    @property
     def slope(self) -> Array:
         """D lambda / d (Phi q) among the points in contact, 0 in the padding, (s_a, k, k)."""
-        self.assert_complete()
         return np.linalg.inv(self.flexibility) * (self.used[:, :, None] & self.used[:, None, :])
+
+    def stiffness(self, shapes: Array) -> Array:
+        """Phi^T (d lambda / d (Phi q)) Phi at the samples with contact, shape (s_a, J, J).
+
+        Args:
+            shapes: Phi, shape (n_c, J).
+        """
+        self.assert_complete()
+        if self.local is None:
+            return np.zeros((0, shapes.shape[1], shapes.shape[1]))
+        return self.local.stiffness(self.force[self.samples] > 0, shapes)
 
     def change(self, moved: Array) -> Array:
         """Change of the forces under small changes of Phi q, both of shape (s, n_c)."""
@@ -92,8 +128,7 @@ class Complementarity:
 
         0 <= lambda   _|_   R lambda - (Phi q - gap) >= 0
 
-    with R symmetric positive definite: primal-dual active set for all samples at once, and
-    non-negative least squares, which always ends, for samples where the set cycles.
+    with R symmetric positive definite; see `complementary`.
 
     Attributes:
         R: Residual flexibility, shape (n_c, n_c).
@@ -111,58 +146,18 @@ class Complementarity:
         Args:
             free_displacement: Phi q.
             near: Forces of a motion nearby: their points in contact are tried first.
+
+        Raises:
+            numpy.linalg.LinAlgError: if R is singular to round-off.
         """
         excess = free_displacement - self.gap
-        pushed = excess > 0
-        pending = np.flatnonzero(pushed.any(axis=1))
         force = np.zeros_like(excess)
-        active = pushed if near is None else near.force > 0
-        for _ in range(_ACTIVE_SET_ROUNDS):
-            if not pending.size:
-                break
-            chosen, at = active[pending], excess[pending]
-            found = _solve_on(self.R, at, chosen)
-            updated = np.where(chosen, found > 0, at - found @ self.R > 0)
-            force[pending], active[pending] = found, updated
-            pending = pending[(updated != chosen).any(axis=1)]
-        for sample in pending:
-            chosen = _least_squares_active_set(self.R, excess[sample])[None]
-            force[sample] = np.maximum(_solve_on(self.R, excess[[sample]], chosen), 0.0)
-        return self._with_flexibility(force)
-
-    def _with_flexibility(self, force: Array) -> ContactForces:
-        active = force > 0
-        samples = np.flatnonzero(active.any(axis=1))
-        points, used = compressed(active[samples])
-        return ContactForces(force, samples, points, used, _submatrices(self.R, points, used))
-
-
-def compressed(active: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:
-    """Indices of the active points of each row, active ones first, and which are no padding."""
-    width = int(active.sum(axis=1).max(initial=0))
-    points = np.argsort(~active, axis=1, kind="stable")[:, :width]
-    return points, np.take_along_axis(active, points, 1)
-
-
-def _submatrices(R: Array, points: Indices, used: NDArray[np.bool_]) -> Array:
-    """Rows and columns `points` of R for each sample, the identity in the padding."""
-    both = used[:, :, None] & used[:, None, :]
-    blocks = R[points[:, :, None], points[:, None, :]]
-    return np.where(both, blocks, np.eye(points.shape[1]) * np.abs(R).max())
-
-
-def _solve_on(R: Array, excess: Array, active: NDArray[np.bool_]) -> Array:
-    """Forces that close the gap exactly at the active points of each sample."""
-    points, used = compressed(active)
-    local = np.where(used, np.take_along_axis(excess, points, 1), 0.0)
-    solved = np.linalg.solve(_submatrices(R, points, used), local[:, :, None])[:, :, 0]
-    force = np.zeros_like(excess)
-    np.put_along_axis(force, points, np.where(used, solved, 0.0), 1)
-    return force
-
-
-def _least_squares_active_set(R: Array, excess: Array) -> NDArray[np.bool_]:
-    """Active set of min 1/2 lambda R lambda - lambda excess over lambda >= 0."""
-    factor = cholesky(R, lower=True)
-    force, _ = nnls(factor.T, solve_triangular(factor, excess, lower=True))
-    return force > 0
+        pushed = np.flatnonzero((excess > 0).any(axis=1))
+        if not pushed.size:
+            return ContactForces.alone(force)
+        guess = None if near is None else near.force[pushed] > 0
+        flexibility = None if near is None else near.local
+        if not isinstance(flexibility, SetFlexibility) or flexibility.R is not self.R:
+            flexibility = SetFlexibility(self.R)
+        force[pushed], flexibility = complementary(flexibility, excess[pushed], guess)
+        return ContactForces.of(force, flexibility)

@@ -142,8 +142,7 @@ class HarmonicEquations:
         """
         rows, modes = self.shape
         at = forces.samples
-        Phi = self.model.Phi[forces.points]
-        contact = np.swapaxes(Phi, 1, 2) @ (forces.slope @ Phi)
+        contact = forces.stiffness(self.model.Phi)
         mixing = self.series.analysis[:, None, at] * self.series.synthesis.T[None, :, at]
         blocks = mixing.reshape(rows * rows, len(at)) @ contact.reshape(len(at), modes * modes)
         matrix = blocks.reshape(rows, rows, modes, modes).swapaxes(1, 2).reshape(rows * modes, -1)
@@ -170,7 +169,7 @@ class HarmonicEquations:
         rest, weight = self.rest, self.series.weight
         mean_square = self.series.mean_square[:, None]
         change = forces.force - rest.force
-        residual_part = np.einsum("sc,cd,sd->s", change, self.model.R, change)
+        residual_part = np.sum((change @ self.model.R) * change, axis=1)
         lifted = float(weight @ (self._clearance(q, omega, forces) @ rest.force))
         return Energies(
             stiffness=float(

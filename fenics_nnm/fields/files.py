@@ -59,12 +59,12 @@ def write_motions(
         )
         if stresses and "peak_stress" in fields:
             peaks = peak_stress(stresses, point, frames)
-            (folder / f"peak_stress_{name}.vtu").write_bytes(body.grid.bytes_with(peaks))
+            body.grid.write(folder / f"peak_stress_{name}.vtu", peaks)
     shapes = {}
     for name, point in zip(names, points, strict=True):
         shapes.update(_mode_shapes(branch, point, name.replace("_", " ")))
     grid = grid_file(branch.nodes, branch.cells, body.recovery.mesh.cell.written)
-    (folder / "mode_shapes.vtu").write_bytes(grid.bytes_with(shapes))
+    grid.write(folder / "mode_shapes.vtu", shapes)
     write_view(folder, branch, dict(zip(names, points, strict=True)), fields)
 
 

@@ -119,5 +119,5 @@ def _write_frames(
     (folder / name).mkdir()
     files = [f"{name}/frame_{number:04d}.vtu" for number in range(len(times))]
     for file, fields in zip(files, frames, strict=True):
-        (folder / file).write_bytes(grid.bytes_with(fields))
+        grid.write(folder / file, fields)
     write_collection(folder / f"{name}.pvd", files, times)

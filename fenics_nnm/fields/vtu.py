@@ -22,7 +22,7 @@ _FAST, _STORED = 1, 0
 
 #: An array is compressed if that takes a quarter, or more, off a sample: so many pieces of it, each
 #: of so many bytes.
-_WORTH, _PIECES, _PIECE = 0.75, 4, 2**12
+_WORTH, _PIECES, _PIECE = 0.75, 4, 2**10
 
 #: No offset in a file is larger, and no array at the nodes has more components.
 _FAR, _WIDE = 10**15, 9
@@ -31,8 +31,8 @@ _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 
 
 @dataclass(frozen=True, slots=True)
-class _Block:
-    """An array as it is in the file: its description without offset, and its bytes."""
+class Block:
+    """An array as it is in files: its description without offset, and its bytes."""
 
     description: str
     data: bytes
@@ -50,44 +50,44 @@ class GridFile:
 
     nodes: int
     cells: int
-    geometry: tuple[_Block, ...]
+    geometry: tuple[Block, ...]
 
-    def write(self, path: Path, fields: Mapping[str, Array]) -> None:
+    def write(self, path: Path, fields: Mapping[str, Array | Block]) -> None:
         """Write a .vtu file with fields at the nodes.
 
         Args:
             path: File to write.
-            fields: Each of shape (nodes,) or (nodes, components).
+            fields: Each of shape (nodes,) or (nodes, components), or the block of such an array.
 
         Raises:
             OSError: if it cannot be written.
         """
         self.write_each(path, list(fields), fields.values())
 
-    def write_each(self, path: Path, names: Sequence[str], fields: Iterable[Array]) -> None:
+    def write_each(self, path: Path, names: Sequence[str], fields: Iterable[Array | Block]) -> None:
         """The same with fields that are made one after the other, and none of them kept.
 
         The header tells where each is and stands before them, in room that is left for it.
         """
-        widest = [*self.geometry, *(_Block(_described(name, "f8", _WIDE), b"") for name in names)]
+        widest = [*self.geometry, *(Block(_described(name, "f8", _WIDE), b"") for name in names)]
         room = len(self._header(widest, [_FAR] * len(widest)))
-        known: list[_Block] = []
+        known: list[Block] = []
         offsets: list[int] = []
         with path.open("wb") as file:
             file.write(b" " * room)
-            for block in chain(self.geometry, map(_block, names, fields)):
+            for each in chain(self.geometry, map(_as_block, names, fields)):
                 offsets.append(file.tell() - room)
-                file.write(block.data)
-                known.append(replace(block, data=b""))
+                file.write(each.data)
+                known.append(replace(each, data=b""))
             file.write(b"\n</AppendedData>\n</VTKFile>\n")
             file.seek(0)
             file.write(self._header(known, offsets, room))
 
-    def _header(self, blocks: Sequence[_Block], offsets: Sequence[int], room: int = 0) -> bytes:
+    def _header(self, blocks: Sequence[Block], offsets: Sequence[int], room: int = 0) -> bytes:
         """All before the data, filled up with blanks."""
         arrays = [
-            f'<DataArray {block.description} format="appended" offset="{offset}"/>'
-            for block, offset in zip(blocks, offsets, strict=True)
+            f'<DataArray {each.description} format="appended" offset="{offset}"/>'
+            for each, offset in zip(blocks, offsets, strict=True)
         ]
         piece = f'<Piece NumberOfPoints="{self.nodes}" NumberOfCells="{self.cells}">'
         lines = [
@@ -115,10 +115,10 @@ def grid_file(nodes: Array, cells: Indices, cell_type: int) -> GridFile:
     count, width = cells.shape
     ends = width * np.arange(1, count + 1, dtype=np.int64)
     geometry = (
-        _block("Points", nodes.astype(np.float64)),
-        _block("connectivity", cells.ravel().astype(np.int64)),
-        _block("offsets", ends),
-        _block("types", np.full(count, cell_type, dtype=np.uint8)),
+        block("Points", nodes.astype(np.float64)),
+        block("connectivity", cells.ravel().astype(np.int64)),
+        block("offsets", ends),
+        block("types", np.full(count, cell_type, dtype=np.uint8)),
     )
     return GridFile(len(nodes), count, geometry)
 
@@ -138,13 +138,18 @@ def write_collection(path: Path, files: Sequence[str], times: Sequence[float]) -
     path.write_text("\n".join([*text, ""]))
 
 
-def _block(name: str, values: Array | Indices) -> _Block:
+def block(name: str, values: Array | Indices) -> Block:
+    """An array at the nodes that is in several files, packed once."""
     raw = np.ascontiguousarray(values).tobytes()
     packed = zlib.compress(raw, _level(raw))
     header = np.array([1, len(raw), 0, len(packed)] if raw else [0, 0, 0], dtype="<u8").tobytes()
     width = values.shape[1] if values.ndim == 2 else 0
     description = _described(name, values.dtype.str[1:], width)
-    return _Block(description, header + (packed if raw else b""))
+    return Block(description, header + (packed if raw else b""))
+
+
+def _as_block(name: str, values: Array | Block) -> Block:
+    return values if isinstance(values, Block) else block(name, values)
 
 
 def _described(name: str, kind: str, components: int) -> str:

@@ -24,7 +24,6 @@ from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.group_table import group_table
 from fenics_nnm.output.material_report import attachment_lines, material_lines
-from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
 
@@ -101,20 +100,16 @@ class MeshReport:
             inertia = {p.position: self._inertial_displacement(study, p) for p in wanted}
             led(comm, inertia, lambda blocks: branch_file.add_inertia(file, blocks))
 
-        def write() -> None:
-            stored = read_stored_branch(file)
-            points = [p for p in stored.points if p.gamma_ratio in study.continuation.report_at]
-            chosen = study.output
-            write_motions(
-                folder,
-                stored,
-                points,
-                fields=chosen.fields,
-                frames=chosen.frames,
-                on_progress=stages.report,
-            )
-
-        on_root(comm, write)
+        stored = on_root(comm, lambda: branch_file.read(file)[1])
+        write_motions(
+            folder,
+            file,
+            [p for p in stored if p.gamma_ratio in study.continuation.report_at],
+            fields=study.output.fields,
+            frames=study.output.frames,
+            comm=comm,
+            on_progress=stages.report,
+        )
 
     def _inertial_displacement(self, study: Study, point: BranchPoint) -> Blocks:
         """Harmonics of what inertia adds to the static residual shapes in m."""

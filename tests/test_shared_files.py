@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from conftest import BEAM, Ended, changed, contents
 from ranks import SAME_FIELD, field_differences, on_ranks
+from written_fields import arrays_of
 
 import fenics_nnm.fields.files
 from fenics_nnm.fields.frames import Frames
@@ -96,7 +97,7 @@ def test_error_of_one_rank_is_told_once(
 def test_parts_are_small_and_have_every_place_once() -> None:
     places = np.random.default_rng(2).uniform(size=(1000, 3)) * [10.0, 1.0, 0.1]
     parts = compact_parts(places, 130)
-    assert max(map(len, parts)) <= 130
+    assert [len(part) for part in parts] == [125] * 8
     assert np.array_equal(np.sort(np.concatenate(parts)), np.arange(1000))
     assert all(np.ptp(places[part, 0]) < 10 / 6 for part in parts)  # across the longest extent
 
@@ -119,6 +120,27 @@ def test_no_more_than_a_part_has_stresses_at_once(
     shapes = len(branch.shapes) + len(branch.residual_shapes)
     assert len(sizes) == 4 and max(sizes) <= 8 * shapes * 6 * 40
     assert sum(sizes) == 8 * shapes * 6 * len(branch.nodes)
+
+
+@pytest.mark.parametrize(
+    ("fields", "arrays"),
+    [
+        ("displacement", {"displacement (m)"}),
+        ("velocity,stress", {"velocity (m/s)", "stress (Pa)"}),
+        ("gap,peak_stress", set()),
+    ],
+)
+def test_fields_that_are_not_wanted_are_left_out(
+    fields: str, arrays: set[str], study_file: StudyFile, command: Command
+) -> None:
+    assert command("run", study_file(SMALL), "--output", "out").code == 0
+    assert command("export", "out", "--gamma", "1.1", "--fields", fields).code == 0
+    frame = Path("out/export/motion_1.1/frame_0005.vtu")
+    assert frame.exists() == bool(arrays)
+    assert not arrays or set(arrays_of(frame)) == {"Points", *arrays}
+    names = {path.name for path in Path("out/export").iterdir()}
+    assert ("peak_stress_1.1.vtu" in names) == ("peak" in fields)
+    assert ("motion_1.1_contact.pvd" in names) == ("gap" in fields)
 
 
 def test_frames_of_a_reversible_motion_are_shown_twice() -> None:

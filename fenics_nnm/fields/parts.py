@@ -6,9 +6,12 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 
+#: More parts than this are made a multiple of it, so that two or four ranks have equally many.
+_ALIKE = 4
+
 
 def compact_parts(places: Array, size: int) -> list[Indices]:
-    """Divide places again and again by halves across their longest extent.
+    """Divide places again and again across their longest extent, into parts of about one size.
 
     Args:
         places: Places, shape (n, 3).
@@ -17,15 +20,18 @@ def compact_parts(places: Array, size: int) -> list[Indices]:
     Returns:
         The numbers of the places of each part, ascending.
     """
-    waiting: list[Indices] = [np.arange(len(places))]
+    count = -(-len(places) // size)
+    count += -count % _ALIKE if count > _ALIKE else 0
+    waiting: list[tuple[Indices, int]] = [(np.arange(len(places)), count)]
     found: list[Indices] = []
     while waiting:
-        part = waiting.pop()
-        if len(part) <= size:
+        part, count = waiting.pop()
+        if count == 1:
             found.append(np.sort(part))
             continue
+        first = count // 2
+        end = len(part) * first // count
         axis = np.argmax(np.ptp(places[part], axis=0))
-        half = len(part) // 2
         order = np.argsort(places[part, axis], kind="stable")
-        waiting += [part[order[half:]], part[order[:half]]]
+        waiting += [(part[order[end:]], count - first), (part[order[:end]], first)]
     return found

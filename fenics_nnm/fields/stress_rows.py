@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -64,11 +65,10 @@ class StressRows:
 
     def named(self, rows: Array) -> dict[str, Array]:
         """Fields of a frame from its rows (rows, nodes): each (nodes,) or (nodes, components)."""
-        ends = np.cumsum(list(self.names.values()))
-        parts = np.split(rows, ends[:-1])
+        starts = accumulate(self.names.values(), initial=0)
         return {
-            name: np.ascontiguousarray(part.T) if len(part) > 1 else part[0]
-            for name, part in zip(self.names, parts, strict=True)
+            name: np.ascontiguousarray(rows[start : start + count].T) if count > 1 else rows[start]
+            for (name, count), start in zip(self.names.items(), starts, strict=False)
         }
 
     def at(self, basis: StressBasis, point: BranchPoint) -> Array:

@@ -30,7 +30,7 @@ def measured(file: Path, ratios: list[float], frames: int) -> dict[str, float]:
     from fenics_nnm.fields.selection import DEFAULT_FIELDS
 
     comm, ended, most = MPI.COMM_WORLD, threading.Event(), [0.0]
-    watch = threading.Thread(target=watched, args=(ended, most))
+    watch = threading.Thread(target=watched, args=(ended, most), daemon=True)
     with tempfile.TemporaryDirectory() as own:
         folder = Path(comm.bcast(own)) / "export"
         comm.Barrier()

@@ -6,7 +6,8 @@
 
 Each element size in m is a run in a process of its own, so that its peak memory is its own. Times
 are CPU seconds of the process, which other work on the machine changes less than the clock; give
-OMP_NUM_THREADS=1. Ratios: attachments over modes, and all over mesh + assembly + factors + modes.
+OMP_NUM_THREADS=1. Ratios: attachments over modes, the backbone (with its check in time) over modes
++ attachments, and all over mesh + assembly + factors + modes.
 With "both" solvers the linear parts of both are compared: the largest relative difference of
 frequencies, and that of the static flexibility R, over its largest entry.
 """
@@ -31,7 +32,9 @@ STUDY = ROOT / "demos/rotor37/rotor37.toml"
 #: Energies of the branch: 30 points.
 ENERGIES = "energies = { from = 0.7, to = 2.875, step = 0.075 }\nreport_at = [0.7, 1.2, 1.825, 2.8]"
 
+#: Stages of a run, and ratios of their times.
 COLUMNS = ("mesh", "assembly", "factors", "modes", "attachments", "backbone", "output")
+RATIOS = ("attach/modes", "branch/m+a", "all/linear")
 
 
 def main() -> None:
@@ -141,7 +144,7 @@ def study_text(size: float, solver: str) -> str:
 
 
 def heading() -> str:
-    names = ("size (m)", "dofs", *COLUMNS, "all", "clock", "peak GiB", "attach/modes", "all/linear")
+    names = ("size (m)", "dofs", *COLUMNS, "all", "clock", "peak GiB", *RATIOS)
     return "  ".join(f"{name:>12}" for name in names)
 
 
@@ -156,6 +159,7 @@ def row(found: dict[str, Any]) -> str:
         f"{found['clock']:.1f}",
         f"{found['peak']:.2f}",
         f"{found['attachments'] / found['modes']:.3f}",
+        f"{found.get('backbone', 0.0) / (found['modes'] + found['attachments']):.4f}",
         f"{sum(spent) / linear:.2f}",
     )
     return "  ".join(f"{number:>12}" for number in numbers)

@@ -17,7 +17,7 @@ from fenics_nnm.analysis import (
     nonlinear_mode,
     wanted_motions,
 )
-from fenics_nnm.arrays import Array
+from fenics_nnm.blocks import Data, led
 from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -176,8 +176,8 @@ class _Recorder:
     def follow(self, analysis: Analysis) -> Branch:
         """Follow the branch; each point is on disk before the next one is begun."""
         with self.stages.stage("output"):
-            arrays = report_of(analysis).arrays()
-            known = on_root(self.comm, lambda: self._begin(analysis, arrays))
+            data = report_of(analysis).data()
+            known = led(self.comm, data, lambda data: self._begin(analysis, data))
         if known:
             logger.info("%d points taken over", len(known))
 
@@ -209,7 +209,7 @@ class _Recorder:
         on_root(self.comm, lambda: self._write_tables(analysis, branch, summary))
         return summary
 
-    def _begin(self, analysis: Analysis, arrays: dict[str, Array]) -> tuple[BranchPoint, ...]:
+    def _begin(self, analysis: Analysis, data: Data) -> tuple[BranchPoint, ...]:
         """Make branch.h5, with the points of an earlier run that are wanted again."""
         model, numbers = model_in_contact(self.study, analysis), self.study.resolution
         header = branch_file.BranchHeader(
@@ -224,7 +224,7 @@ class _Recorder:
         )
         stored = self.stored
         known = known_points(stored, model, wanted_motions(self.study)) if stored else ()
-        branch_file.create(self.staging.branch, header, arrays, known)
+        branch_file.create(self.staging.branch, header, data, known)
         return known
 
     def _write_tables(self, analysis: Analysis, branch: Branch, summary: dict[str, Any]) -> None:

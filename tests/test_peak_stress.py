@@ -10,9 +10,12 @@ from conftest import BEAM, Ended, changed
 
 from fenics_nnm.fem.elasticity import VTK_ORDER
 from fenics_nnm.fields.body import field_body
+from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.invariants import principal, von_mises
-from fenics_nnm.fields.peak import largest_tension, peak_stress
+from fenics_nnm.fields.peak import PEAKS, largest_tension
+from fenics_nnm.fields.shapes import motion_shapes
 from fenics_nnm.fields.stress_basis import stress_basis
+from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.output.stored_branch import read_stored_branch
 
 StudyFile = Callable[..., Path]
@@ -55,11 +58,16 @@ def test_peaks_are_those_of_stresses_recovered_one_by_one(
         body, point = field_body(branch), branch.points[-1]
         if method == "none":
             point = next(p for p in branch.points if p.position in branch.inertia)
-        peaks = peak_stress(stress_basis(branch, body, branch.points), point, 24)
+        rows = StressRows(["peak_stress"], Frames(24, reversible=True))
+        every = np.arange(body.grid.nodes)
+        basis = stress_basis(body, motion_shapes(branch, branch.points), every)
+        peaks = dict(zip(PEAKS, rows.at(basis, point), strict=True))
+        recovery = body.recovery(every)
         times = np.unique(np.concatenate([np.arange(n) / n for n in (24, 128)]))
         fields = branch.displacement(point, 2 * np.pi * times)
-        mises = np.array([von_mises(body.stress(field)) for field in fields])
-        tension = np.array([principal(body.stress(field))[:, 0] for field in fields])
+        stresses = [recovery.at_nodes(body.on_grid(field)) for field in fields]
+        mises = np.array([von_mises(stress) for stress in stresses])
+        tension = np.array([principal(stress)[:, 0] for stress in stresses])
         for name, values in (("von Mises", mises), ("largest principal", tension)):
             found = peaks[f"peak {name} stress (Pa)"]
             np.testing.assert_allclose(found, values.max(axis=0), atol=1e-9 * values.max())

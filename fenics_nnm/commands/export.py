@@ -51,7 +51,6 @@ def add_to(commands: Commands) -> None:
 def _export(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.fields.export import export
 
     fields = _fields(arguments.fields)
@@ -66,16 +65,14 @@ def _export(arguments: argparse.Namespace) -> int:
     comm = MPI.COMM_WORLD
     console = console_of(comm)
     with stages_of(console, arguments) as stages, stages.stage("output"):
-        found = on_root(
-            comm,
-            lambda: export(
-                file,
-                folder,
-                arguments.gamma,
-                fields=fields,
-                frames=arguments.frames,
-                on_progress=stages.report,
-            ),
+        found = export(
+            file,
+            folder,
+            arguments.gamma,
+            fields=fields,
+            frames=arguments.frames,
+            comm=comm,
+            on_progress=stages.report,
         )
     for point in found:
         show(console, _told(point))

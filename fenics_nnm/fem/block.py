@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
+
+#: Columns that are dealt with at once where each is a copy.
+_AT_ONCE = 16
+
+
+def groups(count: int) -> Iterator[slice]:
+    """Columns, a few at a time, so that copies of them take little memory."""
+    for first in range(0, count, _AT_ONCE):
+        yield slice(first, min(first + _AT_ONCE, count))
 
 
 def solved(ksp: PETSc.KSP, columns: Array) -> Array:
@@ -20,15 +31,17 @@ def solved(ksp: PETSc.KSP, columns: Array) -> Array:
 
 
 def product(matrix: PETSc.Mat, columns: Array) -> Array:
-    """Matrix times columns of shape (n_owned, k), all at once: the matrix is read once for several.
+    """Matrix times columns of shape (n_owned, k): the matrix is read once for several.
 
     Columns are one after the other in memory.
     """
-    right = _dense(columns, matrix.comm)
-    left = matrix.matMult(right)
-    result = np.array(left.getDenseArray(readonly=True), order="F")
-    right.destroy()
-    left.destroy()
+    result = np.empty((matrix.getLocalSize()[0], columns.shape[1]), order="F")
+    for group in groups(columns.shape[1]):
+        right = _dense(columns[:, group], matrix.comm)
+        left = matrix.matMult(right)
+        result[:, group] = left.getDenseArray(readonly=True)
+        right.destroy()
+        left.destroy()
     return result
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.fem.block import groups
 from fenics_nnm.fem.pencil import Pencil
 from fenics_nnm.reduction.operators import Product
 
@@ -16,7 +17,7 @@ _ITERATIONS = 500
 def static_displacements(
     pencil: Pencil, precondition: Product, forces: Array, *, tolerance: float
 ) -> Array:
-    """K^-1 f for columns f of shape (n_owned, k), which take their steps together.
+    """K^-1 f for columns f of shape (n_owned, k), some of which take their steps together.
 
     Args:
         pencil: Products with K, and sums over all ranks.
@@ -28,6 +29,13 @@ def static_displacements(
     Raises:
         ConvergenceError: if that is not met.
     """
+    x = np.empty_like(forces, order="F")
+    for group in groups(forces.shape[1]):
+        x[:, group] = _iterated(pencil, precondition, forces[:, group], tolerance)
+    return x
+
+
+def _iterated(pencil: Pencil, precondition: Product, forces: Array, tolerance: float) -> Array:
     x, residual = np.zeros_like(forces, order="F"), forces.copy(order="F")
     preconditioned = precondition(residual)
     direction = preconditioned

@@ -10,6 +10,7 @@ from dolfinx.plot import vtk_mesh
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.blocks import Blocks, Data
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.elasticity import elasticity_at, region_of_cells
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -52,6 +53,13 @@ class Gathering:
         dim = self.solid.tagged.dim
         return self.of_nodes(columns.reshape(-1, dim, columns.shape[1])).transpose(2, 0, 1)
 
+    def blocks(self, columns: Array) -> Blocks:
+        """The same fields as `nodal`, some at a time."""
+        solid = self.solid
+        nodes = solid.space.dofmap.index_map.size_global
+        shape = (columns.shape[1], nodes, solid.tagged.dim)
+        return Blocks(shape, lambda few: self.nodal(columns[:, few]))
+
     def of_nodes(self, owned: Array) -> Array:
         """Values of all nodes on rank 0, of those that each rank owns, shape (nodes, ...)."""
         whole = _gathered(self.comm, owned)
@@ -92,35 +100,52 @@ def gathering(solid: Solid) -> Gathering:
     return Gathering(solid, cell_type, numbered, input_cell, number)
 
 
-def gathered_basis(analysis: LinearAnalysis) -> dict[str, Any]:
-    """What branch.h5 keeps of the mesh, its elasticity and the shapes, on rank 0; else empty."""
-    solid, reduction = analysis.solid, analysis.reduction
-    way = gathering(solid)
-    samples = reference_cell(way.cell_type).samples
-    elasticity = way.of_cells(elasticity_at(solid, samples))
+def gathered_basis(analysis: LinearAnalysis) -> Data:
+    """What branch.h5 keeps of the mesh, its elasticity and the shapes.
+
+    The shapes are blocks on all ranks, the others are on rank 0 alone.
+    """
+    way, reduction = gathering(analysis.solid), analysis.reduction
     nodes, cells = way.mesh()
-    gathered = {
+    elasticity, row = _elasticity(way)
+    body = {
         "mesh/points": nodes,
         "mesh/cells": cells,
         "mesh/cell_type": np.array(way.cell_type),
-        "mesh/region": way.of_cells(region_of_cells(solid)),
+        "mesh/region": way.of_cells(region_of_cells(analysis.solid)),
+        "material/elasticity": elasticity,
+        "material/row": row,
         **_contact(way, analysis.interface),
-        "basis/shapes": way.nodal(reduction.shapes),
-        "basis/residual_shapes": way.nodal(reduction.residual_shapes),
     }
-    if way.comm.rank > 0:
-        return {}
-    rows, row = _different(elasticity)
-    return {**gathered, "material/elasticity": rows, "material/row": row}
+    shapes = {
+        "basis/shapes": way.blocks(reduction.shapes),
+        "basis/residual_shapes": way.blocks(reduction.residual_shapes),
+    }
+    return {**body, **shapes} if way.comm.rank == 0 else shapes
 
 
-def _different(elasticity: Array) -> tuple[Array, Indices]:
-    """The elasticities there are, (rows, 6, strains), and the row at each sample of each cell."""
-    largest = np.abs(elasticity).max()
-    flat = elasticity.reshape(-1, *elasticity.shape[2:])
-    rounded = np.round(flat / (largest * _SAME_ELASTICITY))
-    _, first, row = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
-    return flat[first], row.reshape(elasticity.shape[:2])
+def _elasticity(way: Gathering) -> tuple[Array, Indices]:
+    """The elasticities there are, (rows, 6, strains), and the row at each sample of each cell.
+
+    On rank 0; each rank tells those of its own cells apart first, so that no rank has all cells'.
+    """
+    order = np.argsort(way.input_cell)
+    own = elasticity_at(way.solid, reference_cell(way.cell_type).samples)[order]
+    resolution = _SAME_ELASTICITY * way.comm.allreduce(np.abs(own).max(initial=0.0), op=MPI.MAX)
+    different, found = _different(own.reshape(-1, *own.shape[2:]), resolution)
+    row = np.empty(own.shape[:2], dtype=np.int64)
+    before = sum(way.comm.allgather(len(different))[: way.comm.rank])
+    row[order] = found.reshape(row.shape) + before
+    rows, renumbered = _different(_gathered(way.comm, different), resolution)
+    whole = way.of_cells(row)
+    return rows, renumbered[whole]
+
+
+def _different(elasticity: Array, resolution: float) -> tuple[Array, Indices]:
+    """Elasticities that differ by more than a resolution in Pa, and which each of some is."""
+    rounded = np.round(elasticity / resolution)
+    _, first, which = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return elasticity[first], which.reshape(len(elasticity))
 
 
 def _contact(way: Gathering, interface: ContactInterface) -> dict[str, Any]:

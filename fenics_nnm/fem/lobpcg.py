@@ -8,6 +8,7 @@ Lehoucq, J. Comput. Phys. 218 (2006) 324.
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.fem.block import groups
 from fenics_nnm.fem.pencil import Pencil
 from fenics_nnm.reduction.operators import Product
 
@@ -28,6 +30,9 @@ _LOCKED = 0.01
 
 #: Largest number of iterations.
 _ITERATIONS = 200
+
+#: Rows that are combined at once.
+_ROWS = 20_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +50,9 @@ class _Block:
     @property
     def count(self) -> int:
         return self.x.shape[1]
+
+    def first(self, count: int) -> _Block:
+        return _Block(self.x[:, :count], self.K[:, :count], self.M[:, :count])
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +104,8 @@ def lowest_modes(
     Args:
         pencil: Products with K and M, and inner products over all ranks.
         precondition: T, symmetric and positive definite.
-        start: First vectors, shape (n_owned, m) with m > count; more make it faster.
+        start: First vectors, shape (n_owned, m) with m > count; more make it faster. They are
+            overwritten.
         count: Number of modes.
         tolerance: Largest error e of each mode.
 
@@ -109,37 +118,53 @@ def lowest_modes(
     """
     X = _Block.of(start, pencil)
     theta, C = _projected([X], pencil).ritz(X.count)
-    X = _combined([X], C)
+    _combine([X], [C])
     P: list[_Block] = []
     for iteration in range(_ITERATIONS):
-        residual = X.K - X.M * theta
-        W = precondition(residual)
-        error = _errors(pencil, residual, W, theta)
+        W, error = _preconditioned(X, theta, pencil, precondition)
         logger.debug("LOBPCG %d: error %.2e", iteration, error[:count].max())
         if error[:count].max() <= tolerance:
             return theta[:count], X.x[:, :count]
         active = np.flatnonzero(error > _LOCKED * tolerance)
-        directions = _orthogonal(W[:, active], X, pencil)
-        basis = [X, _Block.of(directions, pencil), *P]
+        W = _orthogonal(_only(W, active), X, pencil)
+        basis = [X, _Block.of(W, pencil), *P]
         projected = _projected(basis, pencil)
         theta, C = projected.ritz(X.count)
         steps = projected.directions(C, active)
-        X, P = _combined(basis, C), [_combined(basis, steps)]
+        _combine(basis, [C, steps])
+        P = [basis[1].first(steps.shape[1])]
     raise ConvergenceError(
         f"eigensolver: {int(np.count_nonzero(error[:count] > tolerance))} of {count} modes have "
         f"errors up to {error[:count].max():.1e} after {_ITERATIONS} iterations"
     )
 
 
-def _errors(pencil: Pencil, residual: Array, W: Array, theta: Array) -> Array:
-    squared = pencil.products(residual, W)
-    return np.asarray(np.sqrt(np.maximum(squared, 0.0) / theta))
+def _preconditioned(
+    X: _Block, theta: Array, pencil: Pencil, precondition: Product
+) -> tuple[Array, Array]:
+    """T r of the residuals r = K x - theta M x, and the errors e, a few at a time."""
+    W, squared = np.empty_like(X.x, order="F"), np.empty_like(theta)
+    for group in groups(X.count):
+        residual = X.K[:, group] - X.M[:, group] * theta[group]
+        W[:, group] = precondition(residual)
+        squared[group] = pencil.products(residual, W[:, group])
+    return W, np.sqrt(np.maximum(squared, 0.0) / theta)
+
+
+def _only(W: Array, active: Indices) -> Array:
+    """The active columns of W, ascending, put first in place."""
+    for column, taken in enumerate(active):
+        W[:, column] = W[:, taken]
+    return W[:, : len(active)]
 
 
 def _orthogonal(W: Array, X: _Block, pencil: Pencil) -> Array:
-    """W without its part in X, in the inner product of M, and of unit largest components."""
-    W = W - X.x @ pencil.inner(X.M, W)
-    return np.asarray(W / np.sqrt(pencil.products(W, W)))
+    """W, changed in place, without its part in X, in the inner product of M, and of unit length."""
+    inner = pencil.inner(X.M, W)
+    for rows in _chunks(len(W)):
+        W[rows] -= X.x[rows] @ inner
+    W /= np.sqrt(pencil.products(W, W))
+    return W
 
 
 def _projected(basis: list[_Block], pencil: Pencil) -> _Projected:
@@ -155,13 +180,19 @@ def _gram(basis: list[_Block], name: str, pencil: Pencil) -> Array:
     return np.asarray((whole + whole.T) / 2)
 
 
-def _combined(basis: list[_Block], C: Array) -> _Block:
-    """The columns S C of a basis S."""
-    ends = np.cumsum([block.count for block in basis])
-    parts = np.split(C, ends[:-1])
-    return _Block(
-        *(
-            sum(getattr(block, name) @ part for block, part in zip(basis, parts, strict=True))
-            for name in ("x", "K", "M")
-        )
-    )
+def _combine(basis: list[_Block], coefficients: list[Array]) -> None:
+    """Put the columns S C of a basis S in the place of its first blocks, one C for each.
+
+    Rows are dealt with a few at a time: twice the basis would not be less than its factors.
+    """
+    for name in ("x", "K", "M"):
+        columns = [getattr(block, name) for block in basis]
+        for rows in _chunks(len(columns[0])):
+            own = np.hstack([each[rows] for each in columns])
+            for target, C in zip(columns, coefficients, strict=False):
+                target[rows, : C.shape[1]] = own @ C
+
+
+def _chunks(count: int) -> Iterator[slice]:
+    for first in range(0, count, _ROWS):
+        yield slice(first, first + _ROWS)

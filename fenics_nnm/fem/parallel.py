@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from types import TracebackType
 from typing import Any, Self, TypeVar, cast
 
@@ -31,6 +31,49 @@ def on_root(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
     if failure is not None:
         raise failure
     return cast(Result, result)
+
+
+def each_own(comm: MPI.Intracomm, steps: Iterable[Result]) -> list[Result]:
+    """Do the steps of this rank, none of which waits for another rank, and give their results.
+
+    An error is raised on all ranks, of several errors that of the lowest rank: the others stop
+    after the step that they are at.
+    """
+    apart = comm.Dup()
+    results: list[Result] = []
+    failure: Exception | None = None
+    try:
+        for result in steps:
+            results.append(result)
+            if apart.Iprobe():
+                break
+    except Exception as error:
+        failure = error
+    others = [rank for rank in range(comm.size) if failure is not None and rank != comm.rank]
+    sent = [apart.isend(None, dest=rank) for rank in others]
+    failures = apart.allgather(failure)
+    for rank, found in enumerate(failures):
+        if found is not None and rank != comm.rank:
+            apart.recv(source=rank)
+    MPI.Request.waitall(sent)
+    apart.Free()
+    for rank, found in enumerate(failures):
+        if found is not None:
+            raise failure if failure is not None and rank == comm.rank else found
+    return results
+
+
+def beside_root(comm: MPI.Intracomm) -> tuple[range, int]:
+    """Which of the ranks on the machine of rank 0 this one is, in a range, and how many these are.
+
+    The range of a rank on another machine is empty.
+    """
+    machine = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    beside = machine.allreduce(comm.rank, op=MPI.MIN) == 0
+    own = range(machine.rank, machine.rank + 1) if beside else range(0)
+    count = comm.bcast(machine.size, root=0)
+    machine.Free()
+    return own, count
 
 
 def all_arrive(comm: MPI.Comm, *, seconds: float = 5.0) -> bool:

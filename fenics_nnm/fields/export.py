@@ -8,8 +8,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from mpi4py import MPI
 
 from fenics_nnm.errors import OutputError
+from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.selection import FieldName
 from fenics_nnm.nonlinear.point import BranchPoint
@@ -26,6 +28,7 @@ def export(
     *,
     fields: Sequence[FieldName],
     frames: int,
+    comm: MPI.Intracomm,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> list[BranchPoint]:
     """Write the files that a run writes, of the points nearest to some gamma ratios.
@@ -36,6 +39,7 @@ def export(
         ratios: Gamma ratios; of each the nearest point, or all passings of that energy.
         fields: Fields wanted.
         frames: Frames of a period.
+        comm: Communicator; all ranks call this, and share the work.
         on_progress: Called with the part done.
 
     Returns:
@@ -45,19 +49,28 @@ def export(
         OutputError: if the file cannot be read, has no mesh or no such motion, or the folder is
             there already or cannot be written.
     """
+    points = on_root(comm, lambda: _begun(file, folder, ratios))
+    try:
+        write_motions(
+            folder, file, points, fields=fields, frames=frames, comm=comm, on_progress=on_progress
+        )
+    except BaseException as error:
+        if comm.rank == 0:
+            shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OSError) and not isinstance(error, OutputError):
+            raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+        raise
+    return points
+
+
+def _begun(file: Path, folder: Path, ratios: Sequence[float]) -> list[BranchPoint]:
+    """Make the folder, and tell the points that are wanted."""
     branch = read_stored_branch(file)
     points = _nearest(file, branch, ratios)
     if _is_full_order(branch):
         for point in points:
             _assert_whole(file, branch, point)
     _make(folder)
-    try:
-        write_motions(folder, branch, points, fields=fields, frames=frames, on_progress=on_progress)
-    except BaseException as error:
-        shutil.rmtree(folder, ignore_errors=True)
-        if isinstance(error, OSError) and not isinstance(error, OutputError):
-            raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
-        raise
     return points
 
 

@@ -1,71 +1,91 @@
-"""All files of a folder `fields`, of a run and of an export."""
+"""All files of a folder `fields`, of a run and of an export, written by several ranks.
+
+Stresses are found part by part of the body, and each part is one rank's. They are kept in a table
+on the disk until the files are there. Then each rank writes whole files of its own. What is
+computed together does not depend on the number of ranks, so that files do not either.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, in_space
+from fenics_nnm.fem.parallel import beside_root, each_own, on_root
 from fenics_nnm.fields.body import field_body
-from fenics_nnm.fields.motion import OF_STRESS, MotionFiles
-from fenics_nnm.fields.peak import peak_stress
+from fenics_nnm.fields.frames import Frames
+from fenics_nnm.fields.motion import Motion, MotionFiles, batches
+from fenics_nnm.fields.parts import compact_parts
 from fenics_nnm.fields.selection import FieldName
-from fenics_nnm.fields.stress_basis import stress_basis
+from fenics_nnm.fields.shapes import motion_shapes
+from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.fields.surface import contact_surface
+from fenics_nnm.fields.table import PartTable
 from fenics_nnm.fields.view import write_view
 from fenics_nnm.fields.vtu import grid_file
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.output.stored_branch import StoredBranch, read_stored_branch
 
 #: Gaps that differ by less than this part of their range are the same: in contact all are zero.
 _TIE = 1e-9
 
+#: Nodes of a part of the body, at most.
+_NODES_OF_PART = 8192
+
+#: Name of the table of stresses while files are written.
+_TABLE = ".stresses"
+
+Task = Callable[[], None]
+"""Something that one rank does alone."""
+
 
 def write_motions(
     folder: Path,
-    branch: StoredBranch,
+    file: Path,
     points: Sequence[BranchPoint],
     *,
     fields: Sequence[FieldName],
     frames: int,
+    comm: MPI.Intracomm,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> None:
     """Write the motions of points of a branch, their shapes, peak stresses and view.py.
 
+    All ranks call this; those on the machine of the first one share the work.
+
     Args:
         folder: Folder to write to; it has no such files yet.
-        branch: Branch with its mesh and shapes.
-        points: Points of it.
+        file: branch.h5 of a run.
+        points: Points of it, the same on all ranks.
         fields: Fields wanted.
         frames: Frames of a period.
+        comm: Communicator of the ranks.
         on_progress: Called with the part done.
 
     Raises:
         OSError: if they cannot be written.
+        OutputError: if the branch cannot be read.
     """
     if not points:
         return
-    body = field_body(branch)
-    wanted = (OF_STRESS | {"peak_stress"}) & set(fields)
-    stresses = stress_basis(branch, body, points) if wanted else None
-    files = MotionFiles(folder, branch, body, stresses, contact_surface(branch), fields, frames)
-    names = motion_names(points)
-    for number, (name, point) in enumerate(zip(names, points, strict=True)):
-        files.write(
-            f"motion_{name}", point, lambda done: on_progress((number + done) / len(points))
-        )
-        if stresses and "peak_stress" in fields:
-            peaks = peak_stress(stresses, point, frames)
-            (folder / f"peak_stress_{name}.vtu").write_bytes(body.grid.bytes_with(peaks))
-    shapes = {}
-    for name, point in zip(names, points, strict=True):
-        shapes.update(_mode_shapes(branch, point, name.replace("_", " ")))
-    grid = grid_file(branch.nodes, branch.cells, body.recovery.mesh.cell.written)
-    (folder / "mode_shapes.vtu").write_bytes(grid.bytes_with(shapes))
-    write_view(folder, branch, dict(zip(names, points, strict=True)), fields)
+    own, count = beside_root(comm)
+    writers = each_own(comm, (_motion_files(folder, file, points, fields, frames) for _ in own))
+    first, done = writers[0].rows.count if writers else 0, 0.0
+    motions = [
+        Motion(name, point, number * first)
+        for number, (name, point) in enumerate(zip(motion_names(points), points, strict=True))
+    ]
+    on_root(comm, lambda: writers[0].begin(motions))
+    for tasks_of, end in ((_stress_tasks, 0.6), (_file_tasks, 1.0)):
+        tasks = [task for files in writers for task in tasks_of(files, motions)[own.start :: count]]
+        each_own(comm, _done_of(tasks, on_progress, done, end))
+        done = end
+    on_root(comm, lambda: writers[0].end(motions))
 
 
 def motion_names(points: Sequence[BranchPoint]) -> list[str]:
@@ -79,7 +99,69 @@ def motion_names(points: Sequence[BranchPoint]) -> list[str]:
     return names
 
 
-def _mode_shapes(branch: StoredBranch, point: BranchPoint, name: str) -> dict[str, Array]:
+def _motion_files(
+    folder: Path, file: Path, points: Sequence[BranchPoint], fields: Sequence[FieldName], count: int
+) -> MotionFiles:
+    branch = read_stored_branch(file)
+    body = field_body(branch)
+    rows = StressRows(fields, Frames(count, reversible=not branch.series.free_phase))
+    parts = compact_parts(body.mesh.nodes, _NODES_OF_PART)
+    return MotionFiles(
+        folder=folder,
+        shapes=motion_shapes(branch, points),
+        body=body,
+        surface=contact_surface(branch),
+        rows=rows,
+        table=PartTable(folder / _TABLE, parts, len(points) * rows.count),
+    )
+
+
+def _stress_tasks(files: MotionFiles, motions: Sequence[Motion]) -> list[Task]:
+    parts = range(len(files.table.parts)) if files.rows.count else ()
+    return [partial(files.keep_stresses, part, motions) for part in parts]
+
+
+def _file_tasks(files: MotionFiles, motions: Sequence[Motion]) -> list[Task]:
+    tasks: list[Task] = []
+    if files.has_body:
+        few = batches(files.rows.frames)
+        tasks += [partial(files.write_body, motion, each) for motion in motions for each in few]
+    if "peak_stress" in files.rows.fields:
+        tasks += [partial(files.write_peaks, motion) for motion in motions]
+    if files.has_surface:
+        tasks += [partial(files.write_surface, motion) for motion in motions]
+    shared = [_write_mode_shapes, _write_view]
+    return [*tasks, *(partial(write, files, motions) for write in shared)]
+
+
+def _done_of(
+    tasks: Sequence[Task], on_progress: Callable[[float], None], begin: float, end: float
+) -> Iterator[None]:
+    """Do tasks, and tell which part of the whole is done."""
+    for number, task in enumerate(tasks):
+        task()
+        on_progress(begin + (end - begin) * (number + 1) / len(tasks))
+        yield
+
+
+def _write_view(files: MotionFiles, motions: Sequence[Motion]) -> None:
+    points = {motion.name: motion.point for motion in motions}
+    write_view(files.folder, files.shapes.branch, points, files.rows.fields)
+
+
+def _write_mode_shapes(files: MotionFiles, motions: Sequence[Motion]) -> None:
+    branch = files.shapes.branch
+    grid = grid_file(branch.nodes, branch.cells, files.body.mesh.cell.written)
+    names = [
+        f"gamma {motion.name.replace('_', ' ')} {state}: displacement (m)"
+        for motion in motions
+        for state in ("closed", "open")
+    ]
+    shapes = (shape for motion in motions for shape in _mode_shapes(branch, motion.point))
+    grid.write_each(files.folder / "mode_shapes.vtu", names, map(in_space, shapes))
+
+
+def _mode_shapes(branch: StoredBranch, point: BranchPoint) -> Array:
     """The shapes of a motion where the contact point that moves most is nearest and farthest.
 
     Where all points stay closed it is the one whose force changes most, most and least pressed.
@@ -91,8 +173,4 @@ def _mode_shapes(branch: StoredBranch, point: BranchPoint, name: str) -> dict[st
     moves_most = int(np.argmax(np.ptp(gap, axis=0)))
     moved, tie = gap[:, moves_most], _TIE * np.ptp(gap)
     closed, opened = np.argmax(moved <= moved.min() + tie), np.argmax(moved >= moved.max() - tie)
-    nearest, farthest = branch.displacement(point, phase[[closed, opened]])
-    return {
-        f"gamma {name} closed: displacement (m)": in_space(nearest),
-        f"gamma {name} open: displacement (m)": in_space(farthest),
-    }
+    return branch.displacement(point, phase[[closed, opened]])

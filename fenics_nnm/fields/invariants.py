@@ -30,19 +30,18 @@ def principal(stress: Array) -> Array:
 
     which loses digits where two of them are nearly the same; they are found by iteration there.
     """
-    flat = stress.reshape(-1, 6)
-    mean, size = flat[:, :3].mean(axis=1), von_mises(flat)
-    xx, yy, zz = flat[:, :3].T - mean
-    xy, yz, xz = flat[:, 3:].T
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
+    mean, size = (xx + yy + zz) / 3, von_mises(stress)
+    xx, yy, zz = xx - mean, yy - mean, zz - mean
     third = xx * (yy * zz - yz**2) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = 13.5 * third / size**3
         theta = np.arccos(cosine) / 3
     turns = 2 * np.pi / 3 * np.array([0, -1, 1])
-    found = mean[:, None] + 2 / 3 * size[:, None] * np.cos(theta[:, None] + turns)
+    found = np.stack([mean + 2 / 3 * size * np.cos(theta + turn) for turn in turns])
     close = ~(np.abs(cosine) < 1 - _CLOSE)
-    found[close] = _eigenvalues(flat[close])
-    return found.reshape(*stress.shape[:-1], 3)
+    found[:, close] = _eigenvalues(stress[close]).T
+    return np.moveaxis(found, 0, -1)
 
 
 def _eigenvalues(stress: Array) -> Array:

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
+from fenics_nnm.blocks import Blocks, led
 from fenics_nnm.fem.gathering import gathering
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.reference_cell import reference_cell
 from fenics_nnm.fields.vtu import grid_file
 
@@ -30,15 +30,14 @@ def write_linear_modes(path: Path, analysis: LinearAnalysis) -> None:
     """
     way, modes = gathering(analysis.solid), analysis.modes.first(_MODES)
     nodes, cells = way.mesh()
-    shapes = way.nodal(modes.shapes)
     names = [f"mode {n + 1} ({hertz:.6g} Hz)" for n, hertz in enumerate(modes.frequencies)]
 
-    def write() -> None:
+    def write(shapes: Blocks) -> None:
         grid = grid_file(nodes, cells, reference_cell(way.cell_type).written)
-        fields = {name: in_space(_scaled(shapes[n])) for n, name in enumerate(names)}
-        path.write_bytes(grid.bytes_with(fields))
+        blocks = (shapes.rows(few) for few in shapes.slices())
+        grid.write_each(path, names, (in_space(_scaled(s)) for few in blocks for s in few))
 
-    on_root(way.comm, write)
+    led(way.comm, {"shapes": way.blocks(modes.shapes)}, lambda data: write(data["shapes"]))
 
 
 def _scaled(shape: Array) -> Array:

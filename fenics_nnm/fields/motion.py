@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,114 +10,192 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.fields.body import FieldBody
-from fenics_nnm.fields.invariants import principal, von_mises
-from fenics_nnm.fields.selection import FieldName
-from fenics_nnm.fields.stress_basis import StressBasis
+from fenics_nnm.fields.frames import Frames
+from fenics_nnm.fields.peak import PEAKS
+from fenics_nnm.fields.shapes import MotionShapes
+from fenics_nnm.fields.stress_basis import stress_basis
+from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.fields.surface import ContactSurface
-from fenics_nnm.fields.vtu import GridFile, write_collection
+from fenics_nnm.fields.table import PartTable
+from fenics_nnm.fields.vtu import block, write_collection
 from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output.stored_branch import StoredBranch
 
-VON_MISES = "von Mises stress (Pa)"
 DISPLACEMENT = "displacement (m)"
+VELOCITY = "velocity (m/s)"
 PRESSURE = "contact pressure (Pa)"
 GAP = "gap (m)"
-PRINCIPAL = tuple(f"{which} principal stress (Pa)" for which in ("largest", "middle", "smallest"))
 
 _OF_BODY = {"displacement", "velocity", "von_mises", "principal_stress", "stress"}
-OF_STRESS = {"von_mises", "principal_stress", "stress"}
 _OF_SURFACE = {"contact_pressure", "gap"}
+
+#: Frames that are computed at once.
+_AT_ONCE = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """A motion that files are wanted of.
+
+    Attributes:
+        name: Its name in those of the files.
+        point: Point of the branch.
+        first: First row of its stresses in the table.
+    """
+
+    name: str
+    point: BranchPoint
+    first: int
+
+    @property
+    def of_body(self) -> str:
+        """Folder of the frames of the body."""
+        return f"motion_{self.name}"
+
+    @property
+    def of_surface(self) -> str:
+        """Folder of the frames of the contact surface."""
+        return f"motion_{self.name}_contact"
 
 
 @dataclass(frozen=True, slots=True)
 class MotionFiles:
-    """Writer of the motions of one branch.
+    """Writer of the motions of one branch: first stresses of all parts, then files in any order.
 
     Attributes:
         folder: Folder of the files.
-        branch: Branch with its mesh and shapes.
-        body: Its body.
-        stresses: Stresses of its shapes; needed where stresses are wanted.
+        shapes: What the motions are made of.
+        body: The body.
         surface: Its contact surface.
-        fields: Fields wanted.
-        frames: Frames of a period, at equal steps; the last is one step before its end.
+        rows: The fields wanted, and which rows the table has of a motion.
+        table: Stresses, one motion after the other.
     """
 
     folder: Path
-    branch: StoredBranch
+    shapes: MotionShapes
     body: FieldBody
-    stresses: StressBasis | None
     surface: ContactSurface
-    fields: Sequence[FieldName]
-    frames: int
+    rows: StressRows
+    table: PartTable
 
-    def write(self, name: str, point: BranchPoint, on_frame: Callable[[float], None]) -> None:
-        """Write `name`.pvd and `name`_contact.pvd; the time is the part of the period.
+    @property
+    def has_body(self) -> bool:
+        """Whether frames of the body are wanted."""
+        return bool(_OF_BODY & set(self.rows.fields))
+
+    @property
+    def has_surface(self) -> bool:
+        """Whether frames of the contact surface are wanted."""
+        return bool(_OF_SURFACE & set(self.rows.fields))
+
+    def begin(self, motions: Sequence[Motion]) -> None:
+        """Make the folders and the table.
+
+        Raises:
+            OSError: if they cannot be made.
+        """
+        for name in self._listed(motions):
+            (self.folder / name).mkdir()
+        self.table.make()
+
+    def end(self, motions: Sequence[Motion]) -> None:
+        """Write the .pvd files, which list the frames with their times; remove the table.
 
         Raises:
             OSError: if they cannot be written.
         """
-        times = [frame / self.frames for frame in range(self.frames)]
-        if _OF_BODY & set(self.fields):
-            frames = self._body_frames(point, times, on_frame)
-            _write_frames(self.folder, name, self.body.grid, times, frames)
-        if _OF_SURFACE & set(self.fields):
-            frames = self._surface_frames(point, times)
-            _write_frames(self.folder, f"{name}_contact", self.surface.grid, times, frames)
+        count = self.rows.frames.count
+        times = [number / count for number in range(count)]
+        for name in self._listed(motions):
+            files = [f"{name}/{_frame(number)}" for number in range(count)]
+            write_collection(self.folder / f"{name}.pvd", files, times)
+        self.table.path.unlink()
 
-    def _body_frames(
-        self, point: BranchPoint, times: Sequence[float], on_frame: Callable[[float], None]
-    ) -> Iterator[dict[str, Array]]:
-        for number, time in enumerate(times):
-            phase = np.array([2 * np.pi * time])
-            (displacement,) = self.branch.displacement(point, phase)
-            fields = {}
-            if "displacement" in self.fields:
-                fields[DISPLACEMENT] = in_space(self.body.on_grid(displacement))
-            if "velocity" in self.fields:
-                (velocity,) = self.branch.velocity(point, phase)
-                fields["velocity (m/s)"] = in_space(self.body.on_grid(velocity))
-            if self.stresses and OF_STRESS & set(self.fields):
-                coordinates = self.stresses.coordinates(point, phase)[0]
-                fields.update(self._of_stress(self.stresses.stress(coordinates)))
-            yield fields
-            on_frame((number + 1) / len(times))
+    def keep_stresses(self, part: int, motions: Sequence[Motion]) -> None:
+        """Put the stresses of motions at the nodes of a part into the table.
 
-    def _of_stress(self, stress: Array) -> dict[str, Array]:
-        fields = {}
-        if "von_mises" in self.fields:
-            fields[VON_MISES] = von_mises(stress)
-        if "principal_stress" in self.fields:
-            fields.update(zip(PRINCIPAL, principal(stress).T, strict=True))
-        if "stress" in self.fields:
-            fields["stress (Pa)"] = stress
-        return fields
+        Raises:
+            OSError: if they cannot be written.
+        """
+        basis = stress_basis(self.body, self.shapes, self.table.parts[part])
+        for motion in motions:
+            self.table.put(part, motion.first, self.rows.at(basis, motion.point))
 
-    def _surface_frames(
-        self, point: BranchPoint, times: Sequence[float]
-    ) -> Iterator[dict[str, Array]]:
-        phase = 2 * np.pi * np.array(times)
-        moved = self.branch.displacement(point, phase, self.surface.nodes)
-        forces, gaps = self.branch.forces(point, phase), self.branch.gap(point, phase)
-        for frame in range(len(times)):
-            fields = {DISPLACEMENT: in_space(moved[frame])}
-            if "contact_pressure" in self.fields:
-                fields[PRESSURE] = self.surface.pressure(forces[frame])
-            if "gap" in self.fields:
-                fields[GAP] = self.surface.gap(gaps[frame])
-            yield fields
+    def write_body(self, motion: Motion, few: range) -> None:
+        """Write some distinct frames of the body and those that show the same.
+
+        Raises:
+            OSError: if they cannot be written.
+        """
+        frames, of_frame = self.rows.frames, self.rows.of_frame
+        moved = self._moved(motion.point, 2 * np.pi * frames.times[few])
+        for number, fields in zip(few, moved, strict=True):
+            first = motion.first + number * of_frame
+            fields |= self.rows.named(self.table.read(slice(first, first + of_frame)))
+            blocks = {name: block(name, values) for name, values in fields.items()}
+            for frame, sign in frames.shown_by(number).items():
+                if sign < 0 and VELOCITY in fields:
+                    blocks[VELOCITY] = block(VELOCITY, -fields[VELOCITY])
+                self.body.grid.write(self.folder / motion.of_body / _frame(frame), blocks)
+
+    def _moved(self, point: BranchPoint, phase: Array) -> Iterator[dict[str, Array]]:
+        """Displacement and velocity on the grid at phases, if they are wanted."""
+        ways = {
+            "displacement": (DISPLACEMENT, self.shapes.amounts),
+            "velocity": (VELOCITY, self.shapes.rates),
+        }
+        chosen = dict(way for field, way in ways.items() if field in self.rows.fields)
+        amounts = [way(point, phase) for way in chosen.values()]
+        moved = [self.shapes.fields(np.concatenate(amounts))] if amounts else []
+        for place in range(len(phase)):
+            own = (field for each in moved for field in each[place :: len(phase)])
+            yield {
+                name: in_space(self.body.on_grid(u)) for name, u in zip(chosen, own, strict=True)
+            }
+
+    def write_surface(self, motion: Motion) -> None:
+        """Write all frames of the contact surface.
+
+        Raises:
+            OSError: if they cannot be written.
+        """
+        branch, frames = self.shapes.branch, self.rows.frames
+        phase = 2 * np.pi * frames.times
+        amounts = self.shapes.amounts(motion.point, phase)
+        moved = np.tensordot(amounts, self.shapes.at(self.surface.nodes), 1)
+        forces, gaps = branch.forces(motion.point, phase), branch.gap(motion.point, phase)
+        for number in range(frames.distinct):
+            fields: dict[str, Array] = {DISPLACEMENT: in_space(moved[number])}
+            if "contact_pressure" in self.rows.fields:
+                fields[PRESSURE] = self.surface.pressure(forces[number])
+            if "gap" in self.rows.fields:
+                fields[GAP] = self.surface.gap(gaps[number])
+            for frame in frames.shown_by(number):
+                path = self.folder / motion.of_surface / _frame(frame)
+                self.surface.grid.write(path, fields)
+
+    def write_peaks(self, motion: Motion) -> None:
+        """Write the peaks of the stress.
+
+        Raises:
+            OSError: if they cannot be written.
+        """
+        rows = slice(motion.first + self.rows.peaks.start, motion.first + self.rows.peaks.stop)
+        peaks: dict[str, Array] = dict(zip(PEAKS, self.table.read(rows), strict=True))
+        self.body.grid.write(self.folder / f"peak_stress_{motion.name}.vtu", peaks)
+
+    def _listed(self, motions: Sequence[Motion]) -> list[str]:
+        """Names of the folders of frames."""
+        bodies = [motion.of_body for motion in motions if self.has_body]
+        return bodies + [motion.of_surface for motion in motions if self.has_surface]
 
 
-def _write_frames(
-    folder: Path,
-    name: str,
-    grid: GridFile,
-    times: Sequence[float],
-    frames: Iterator[dict[str, Array]],
-) -> None:
-    """Frames in a folder named like the .pvd file that lists them."""
-    (folder / name).mkdir()
-    files = [f"{name}/frame_{number:04d}.vtu" for number in range(len(times))]
-    for file, fields in zip(files, frames, strict=True):
-        (folder / file).write_bytes(grid.bytes_with(fields))
-    write_collection(folder / f"{name}.pvd", files, times)
+def batches(frames: Frames) -> list[range]:
+    """Distinct frames that are computed at once; they do not depend on the number of ranks."""
+    size = -(-frames.distinct // -(-frames.distinct // _AT_ONCE))
+    starts = range(0, frames.distinct, size)
+    return [range(start, min(start + size, frames.distinct)) for start in starts]
+
+
+def _frame(number: int) -> str:
+    """Name of the file of a frame."""
+    return f"frame_{number:04d}.vtu"

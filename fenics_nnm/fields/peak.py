@@ -6,58 +6,43 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fields.invariants import principal, von_mises
-from fenics_nnm.fields.stress_basis import StressBasis
+from fenics_nnm.fields.shapes import MotionShapes
 from fenics_nnm.nonlinear.point import BranchPoint
 
-#: Instants of a period at which the largest stress is sought, besides those of the frames.
-_INSTANTS = 128
+#: Fields of the largest stresses.
+PEAKS = (
+    "peak von Mises stress (Pa)",
+    "phase of peak von Mises stress (periods)",
+    "peak largest principal stress (Pa)",
+    "phase of peak largest principal stress (periods)",
+    "peak von Mises stress of the linear mode at this energy (Pa)",
+    "peak von Mises stress above that of the linear mode (Pa)",
+)
 
 #: A bound within this part of the largest one counts as reached.
 _ROUND_OFF = 1e-12
 
-#: Nodes whose stress at all instants is held in memory at once.
-_NODES_AT_ONCE = 2_000
 
+def peaks(times: Array, stress: Array, mises: Array, linear: Array) -> Array:
+    """Largest von Mises and principal stress at each node, and when they occur first.
 
-def peak_stress(basis: StressBasis, point: BranchPoint, frames: int) -> dict[str, Array]:
-    """Largest von Mises and principal stress at each node of the grid, and when they occur.
-
-    Contact forces are short, so the period is searched at 128 instants and at those of the frames.
-    Beside the peak is that of the linear mode about the state of rest of the same energy
-    E = (omega a)^2 / 2, and how far the motion is above it.
+    Contact forces are short, so that many instants are searched. Beside the peak is that of the
+    linear mode about the state of rest of the same energy E = (omega a)^2 / 2, and how far the
+    motion is above it.
 
     Args:
-        basis: Stresses of the shapes of the branch.
-        point: Point of the branch.
-        frames: Number of frames of its files.
+        times: Instants as parts of the period, shape (t,).
+        stress: Stress in Pa at these, shape (t, nodes, 6).
+        mises: Its von Mises stress, shape (t, nodes).
+        linear: Stress in Pa at both reversals of the linear mode, shape (2, nodes, 6).
+
+    Returns:
+        The fields of `PEAKS`, shape (6, nodes).
     """
-    instants = [np.arange(count) / count for count in (frames, _INSTANTS)]
-    times = np.unique(np.concatenate(instants))
-    moved = basis.coordinates(point, 2 * np.pi * times)
-    reversals = _linear_reversals(basis, point)
-    nodes = basis.stresses.shape[1]
-    parts = [
-        _peaks(basis.stress(moved, part), basis.stress(reversals, part))
-        for part in (slice(i, i + _NODES_AT_ONCE) for i in range(0, nodes, _NODES_AT_ONCE))
-    ]
-    mises, mises_at, tension, tension_at, linear = (
-        np.concatenate(values) for values in zip(*parts, strict=True)
-    )
-    return {
-        "peak von Mises stress (Pa)": mises,
-        "phase of peak von Mises stress (periods)": times[mises_at],
-        "peak largest principal stress (Pa)": tension,
-        "phase of peak largest principal stress (periods)": times[tension_at],
-        "peak von Mises stress of the linear mode at this energy (Pa)": linear,
-        "peak von Mises stress above that of the linear mode (Pa)": mises - linear,
-    }
-
-
-def _peaks(stress: Array, linear: Array) -> tuple[Array, Indices, Array, Indices, Array]:
-    """Peaks of stresses (instants, nodes, 6), their instants, and the peak of the linear mode."""
-    mises = von_mises(stress)
     tension, when = largest_tension(stress, mises)
-    return mises.max(axis=0), mises.argmax(axis=0), tension, when, von_mises(linear).max(axis=0)
+    peak, of_linear = mises.max(axis=0), von_mises(linear).max(axis=0)
+    at = times[mises.argmax(axis=0)], times[when]
+    return np.array([peak, at[0], tension, at[1], of_linear, peak - of_linear])
 
 
 def largest_tension(stress: Array, mises: Array) -> tuple[Array, Indices]:
@@ -79,13 +64,13 @@ def largest_tension(stress: Array, mises: Array) -> tuple[Array, Indices]:
     return found.max(axis=0), found.argmax(axis=0)
 
 
-def _linear_reversals(basis: StressBasis, point: BranchPoint) -> Array:
-    """Coordinates at both reversals of the linear mode of the point's energy, shape (2, shapes)."""
-    header = basis.branch.header
+def linear_reversals(shapes: MotionShapes, point: BranchPoint) -> Array:
+    """Amounts of shapes at both reversals of the linear mode of a point's energy, (2, shapes)."""
+    header = shapes.branch.header
     mode, rest = header.mode - 1, header.model.at_rest()
     amplitude = np.sqrt(2 * point.energy) / rest.omega[mode]
     motions = (
         (rest.q + a * rest.shapes[:, mode], rest.force + a * rest.pull[:, mode])
         for a in (amplitude, -amplitude)
     )
-    return np.array([basis.of_shapes(q, force) for q, force in motions])
+    return np.array([shapes.of(q, force) for q, force in motions])

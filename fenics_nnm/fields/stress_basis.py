@@ -1,16 +1,17 @@
-"""Stresses of motions as sums of those of the shapes that they are made of."""
+"""Stresses of motions in a part of a body, as sums of those of the shapes they are made of."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fields.body import FieldBody
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.fields.shapes import MotionShapes
+
+#: Shapes whose stresses are recovered together.
+_AT_ONCE = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,39 +21,24 @@ class StressBasis:
     A motion at many instants, or several motions, then cost a matrix product.
 
     Attributes:
-        branch: Branch.
-        stresses: Stress in Pa of the modes, of the residual shapes taken negative, and of what full
-            order adds at the points of `inertia` one after the other, shape (shapes, nodes of the
-            grid, 6).
-        inertia: Positions of these points.
+        shapes: Shapes.
+        stresses: Stress of each in Pa at the nodes of the part, shape (shapes, 6, nodes).
     """
 
-    branch: StoredBranch
+    shapes: MotionShapes
     stresses: Array
-    inertia: tuple[float, ...]
 
-    def coordinates(self, point: BranchPoint, phase: Array) -> Array:
-        """Coordinates of a motion at phases omega t, shape (len(phase), shapes)."""
-        branch = self.branch
-        basis = branch.series.basis_at(phase)
-        own = [basis if place == point.position else np.zeros_like(basis) for place in self.inertia]
-        return np.hstack([branch.coordinates(point, phase), branch.forces(point, phase), *own])
-
-    def of_shapes(self, q: Array, force: Array) -> Array:
-        """Coordinates of modal coordinates (J,) and contact forces in N (n_c,), (shapes,)."""
-        rest = np.zeros(len(self.stresses) - len(q) - len(force))
-        return np.concatenate([q, force, rest])
-
-    def stress(self, coordinates: Array, nodes: slice = slice(None)) -> Array:
-        """Stress in Pa of coordinates (..., shapes) at nodes of the grid, (..., nodes, 6)."""
-        return np.tensordot(coordinates, self.stresses[:, nodes], 1)
+    def stress(self, amounts: Array, nodes: slice = slice(None)) -> Array:
+        """Stress in Pa of amounts (k, shapes) at nodes of the part, shape (k, nodes, 6)."""
+        return np.moveaxis(np.tensordot(amounts, self.stresses[..., nodes], 1), 1, 2)
 
 
-def stress_basis(
-    branch: StoredBranch, body: FieldBody, points: Sequence[BranchPoint]
-) -> StressBasis:
-    """Recover the stresses of the shapes that some points of a branch are made of."""
-    places = tuple(p.position for p in points if p.position in branch.inertia)
-    modal, residual = body.stresses(branch.shapes), body.stresses(branch.residual_shapes)
-    added = [body.stresses(branch.inertia[place]) for place in places]
-    return StressBasis(branch, np.concatenate([modal, -residual, *added]), places)
+def stress_basis(body: FieldBody, shapes: MotionShapes, nodes: Indices) -> StressBasis:
+    """Recover the stresses of shapes at some nodes of the grid, in ascending order."""
+    recovery = body.recovery(nodes)
+    displacements = shapes.at(body.mesh.origin[recovery.nodes])
+    stresses = np.empty((len(displacements), 6, len(nodes)))
+    for start in range(0, len(displacements), _AT_ONCE):
+        few = slice(start, start + _AT_ONCE)
+        stresses[few] = np.swapaxes(recovery.at_nodes_of_each(displacements[few]), 1, 2)
+    return StressBasis(shapes, stresses)

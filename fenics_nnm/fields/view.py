@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fenics_nnm.fields.motion import DISPLACEMENT, VON_MISES
+from fenics_nnm.fields.motion import DISPLACEMENT
 from fenics_nnm.fields.selection import FieldName
+from fenics_nnm.fields.stress_rows import VON_MISES
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output.stored_branch import StoredBranch
 
@@ -54,11 +55,7 @@ def write_view(
 
 def _scale(branch: StoredBranch, point: BranchPoint) -> float:
     """A round factor that makes the largest displacement visible."""
-    phase = 2 * np.pi * np.arange(24) / 24
-    largest = max(
-        float(np.linalg.norm(branch.displacement(point, np.array([each]))[0], axis=1).max())
-        for each in phase
-    )
+    largest = float(branch.largest_displacement(point, 24).max())
     factor = _DRAWN * float(np.linalg.norm(np.ptp(branch.nodes, axis=0))) / largest
     digits = 10.0 ** np.floor(np.log10(factor))
     return float(f"{np.floor(factor / digits) * digits:g}")

@@ -7,8 +7,9 @@ see "VTK XML Formats", docs.vtk.org.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -19,15 +20,19 @@ from fenics_nnm.arrays import Array, Indices
 #: zlib's levels: fast, and none. Higher ones take longer and hardly make numbers smaller.
 _FAST, _STORED = 1, 0
 
-#: An array is compressed if that takes a quarter, or more, off its first bytes, so many.
-_WORTH, _SAMPLE = 0.75, 2**16
+#: An array is compressed if that takes a quarter, or more, off a sample: so many pieces of it, each
+#: of so many bytes.
+_WORTH, _PIECES, _PIECE = 0.75, 4, 2**10
+
+#: No offset in a file is larger, and no array at the nodes has more components.
+_FAR, _WIDE = 10**15, 9
 
 _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 
 
 @dataclass(frozen=True, slots=True)
-class _Block:
-    """An array as it is in the file: its description without offset, and its bytes."""
+class Block:
+    """An array as it is in files: its description without offset, and its bytes."""
 
     description: str
     data: bytes
@@ -45,15 +50,44 @@ class GridFile:
 
     nodes: int
     cells: int
-    geometry: tuple[_Block, ...]
+    geometry: tuple[Block, ...]
 
-    def bytes_with(self, fields: Mapping[str, Array]) -> bytes:
-        """The .vtu file with fields at the nodes, each of shape (nodes,) or (nodes, components)."""
-        blocks = [*self.geometry, *(_block(name, values) for name, values in fields.items())]
-        offsets = np.concatenate([[0], np.cumsum([len(block.data) for block in blocks])])
+    def write(self, path: Path, fields: Mapping[str, Array | Block]) -> None:
+        """Write a .vtu file with fields at the nodes.
+
+        Args:
+            path: File to write.
+            fields: Each of shape (nodes,) or (nodes, components), or the block of such an array.
+
+        Raises:
+            OSError: if it cannot be written.
+        """
+        self.write_each(path, list(fields), fields.values())
+
+    def write_each(self, path: Path, names: Sequence[str], fields: Iterable[Array | Block]) -> None:
+        """The same with fields that are made one after the other, and none of them kept.
+
+        The header tells where each is and stands before them, in room that is left for it.
+        """
+        widest = [*self.geometry, *(Block(_described(name, "f8", _WIDE), b"") for name in names)]
+        room = len(self._header(widest, [_FAR] * len(widest)))
+        known: list[Block] = []
+        offsets: list[int] = []
+        with path.open("wb") as file:
+            file.write(b" " * room)
+            for each in chain(self.geometry, map(_as_block, names, fields)):
+                offsets.append(file.tell() - room)
+                file.write(each.data)
+                known.append(replace(each, data=b""))
+            file.write(b"\n</AppendedData>\n</VTKFile>\n")
+            file.seek(0)
+            file.write(self._header(known, offsets, room))
+
+    def _header(self, blocks: Sequence[Block], offsets: Sequence[int], room: int = 0) -> bytes:
+        """All before the data, filled up with blanks."""
         arrays = [
-            f'<DataArray {block.description} format="appended" offset="{offset}"/>'
-            for block, offset in zip(blocks, offsets[:-1], strict=True)
+            f'<DataArray {each.description} format="appended" offset="{offset}"/>'
+            for each, offset in zip(blocks, offsets, strict=True)
         ]
         piece = f'<Piece NumberOfPoints="{self.nodes}" NumberOfCells="{self.cells}">'
         lines = [
@@ -65,10 +99,9 @@ class GridFile:
             *("<Cells>", *arrays[1:4], "</Cells>"),
             *("<PointData>", *arrays[4:], "</PointData>"),
             "</Piece></UnstructuredGrid>",
-            '<AppendedData encoding="raw">',
         ]
-        data = b"".join(block.data for block in blocks)
-        return "\n".join(lines).encode() + b"\n_" + data + b"\n</AppendedData>\n</VTKFile>\n"
+        text, opening = "\n".join(lines).encode(), b'\n<AppendedData encoding="raw">\n_'
+        return text.ljust(room - len(opening)) + opening
 
 
 def grid_file(nodes: Array, cells: Indices, cell_type: int) -> GridFile:
@@ -82,10 +115,10 @@ def grid_file(nodes: Array, cells: Indices, cell_type: int) -> GridFile:
     count, width = cells.shape
     ends = width * np.arange(1, count + 1, dtype=np.int64)
     geometry = (
-        _block("Points", nodes.astype(np.float64)),
-        _block("connectivity", cells.ravel().astype(np.int64)),
-        _block("offsets", ends),
-        _block("types", np.full(count, cell_type, dtype=np.uint8)),
+        block("Points", nodes.astype(np.float64)),
+        block("connectivity", cells.ravel().astype(np.int64)),
+        block("offsets", ends),
+        block("types", np.full(count, cell_type, dtype=np.uint8)),
     )
     return GridFile(len(nodes), count, geometry)
 
@@ -105,16 +138,27 @@ def write_collection(path: Path, files: Sequence[str], times: Sequence[float]) -
     path.write_text("\n".join([*text, ""]))
 
 
-def _block(name: str, values: Array | Indices) -> _Block:
-    kind = _TYPES[values.dtype.str[1:]]
-    width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+def block(name: str, values: Array | Indices) -> Block:
+    """An array at the nodes that is in several files, packed once."""
     raw = np.ascontiguousarray(values).tobytes()
     packed = zlib.compress(raw, _level(raw))
     header = np.array([1, len(raw), 0, len(packed)] if raw else [0, 0, 0], dtype="<u8").tobytes()
-    return _Block(f'type="{kind}" Name={quoteattr(name)}{width}', header + (packed if raw else b""))
+    width = values.shape[1] if values.ndim == 2 else 0
+    description = _described(name, values.dtype.str[1:], width)
+    return Block(description, header + (packed if raw else b""))
+
+
+def _as_block(name: str, values: Array | Block) -> Block:
+    return values if isinstance(values, Block) else block(name, values)
+
+
+def _described(name: str, kind: str, components: int) -> str:
+    width = f' NumberOfComponents="{components}"' if components else ""
+    return f'type="{_TYPES[kind]}" Name={quoteattr(name)}{width}'
 
 
 def _level(raw: bytes) -> int:
     """Whether compression pays: the digits of most stresses and displacements are like noise."""
-    sample = raw[:_SAMPLE]
+    starts = range(0, len(raw), max(_PIECE, len(raw) // _PIECES))
+    sample = b"".join(raw[start : start + _PIECE] for start in starts)
     return _FAST if len(zlib.compress(sample, _FAST)) < _WORTH * len(sample) else _STORED

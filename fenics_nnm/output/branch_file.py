@@ -43,12 +43,13 @@ import h5py
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.blocks import Blocks, Data
 from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.errors import OutputError
 from fenics_nnm.nonlinear.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import journal
-from fenics_nnm.output.durable import replacing, write_whole
+from fenics_nnm.output.durable import replacing
 from fenics_nnm.output.journal import ARRAYS, SCALARS, Journal
 from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.resolution.resolution import Resolution
@@ -57,6 +58,9 @@ FORMAT = "fenics_nnm branch 6"
 
 #: More bytes than HDF5 needs to note a point besides its arrays, and for the file as a whole.
 _OVERHEAD, _ONCE = 8192, 32768
+
+#: The same for a data set without attributes, and for its group.
+_OF_SET, _OF_GROUP = 1024, 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,22 +100,24 @@ class BranchHeader:
         return kind(self.harmonics, self.samples)
 
 
-def create(
-    path: Path, header: BranchHeader, arrays: dict[str, Array], known: Sequence[BranchPoint] = ()
-) -> None:
+def create(path: Path, header: BranchHeader, data: Data, known: Sequence[BranchPoint] = ()) -> None:
     """Make a new file without points, and the journal beside it that its points go to.
 
     Args:
         path: File to make, in a folder without one.
         header: What holds for all points.
-        arrays: Further data sets by their place in the file, such as "mesh/points".
+        data: Further data sets by their place in the file, such as "mesh/points".
         known: Points of an earlier run to begin with.
 
     Raises:
         OutputError: if it cannot be written.
     """
+    blocks = {name: each for name, each in data.items() if isinstance(each, Blocks)}
+    arrays = {name: each for name, each in data.items() if not isinstance(each, Blocks)}
     with _writing(path):
-        write_whole(path, _image(header, arrays))
+        with replacing(path) as part:
+            part.write_bytes(_image(header, arrays))
+            _add(part, blocks)
         journal.begin(path, known)
 
 
@@ -134,19 +140,19 @@ def finish(path: Path, branch: Branch) -> None:
     _fill(path, branch.points, reason=branch.reason)
 
 
-def add_inertia(path: Path, inertia: Mapping[float, Array]) -> None:
+def add_inertia(path: Path, inertia: Mapping[float, Blocks]) -> None:
     """Add what full order adds to the displacement of points, by their position.
 
     Raises:
         OutputError: if it cannot be written; the file is as it was then.
     """
-    size = sum(values.nbytes + _OVERHEAD for values in inertia.values())
+    names = [f"inertia/{number:06d}" for number in range(len(inertia))]
     with _writing(path), replacing(path) as part:
         shutil.copyfile(path, part)
-        with _opened(part, size + _ONCE) as file:
-            for number, (position, values) in enumerate(inertia.items()):
-                file[f"inertia/{number:06d}"] = values
-                file[f"inertia/{number:06d}"].attrs["position"] = position
+        _add(part, dict(zip(names, inertia.values(), strict=True)))
+        with _opened(part, _ONCE) as file:
+            for name, position in zip(names, inertia, strict=True):
+                file[name].attrs["position"] = position
 
 
 def gather(path: Path) -> None:
@@ -223,8 +229,23 @@ def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
     shutil.rmtree(journal.folder_beside(path), ignore_errors=True)
 
 
-def _image(header: BranchHeader, arrays: dict[str, Array]) -> bytes:
-    """Bytes of a file without points; HDF5 may crash where it writes to a full disk itself."""
+def _add(path: Path, blocks: Mapping[str, Blocks]) -> None:
+    """Add data sets to a file, so many rows at a time as all ranks make together."""
+    if not blocks:
+        return
+    size = sum(each.bytes_ for each in blocks.values())
+    with _opened(path, size + _OF_SET * len(blocks) + _OF_GROUP) as file:
+        for name, each in blocks.items():
+            values = file.create_dataset(name, each.shape, dtype=np.float64)
+            for few in each.slices():
+                values[few] = each.rows(few)
+
+
+def _image(header: BranchHeader, arrays: Mapping[str, Array]) -> bytes:
+    """Bytes of a file without points and blocks.
+
+    HDF5 may crash where it writes to a full disk itself.
+    """
     with h5py.File("branch.h5", "w", driver="core", backing_store=False) as file:
         file.attrs["format"] = FORMAT
         file.attrs["study"] = header.study

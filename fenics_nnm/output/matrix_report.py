@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.blocks import Data
 from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
 from fenics_nnm.stages import Stages
@@ -54,7 +55,7 @@ class MatrixReport:
         largest = np.abs(self.analysis.reduction.displacement(q, force)).max()
         return f"{largest:.4g} m (rad, if it is a rotation)"
 
-    def arrays(self) -> dict[str, Array]:
+    def data(self) -> Data:
         """Shapes and residual shapes in the order of the unknowns."""
         reduction = self.analysis.reduction
         return {

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from fenics_nnm.analysis import harmonic_balance
 from fenics_nnm.arrays import Array
+from fenics_nnm.blocks import Blocks, Data, led
 from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -23,7 +24,6 @@ from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file
 from fenics_nnm.output.group_table import group_table
 from fenics_nnm.output.material_report import attachment_lines, material_lines
-from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study
 
@@ -78,8 +78,8 @@ class MeshReport:
         largest = self.analysis.solid.tagged.mesh.comm.allreduce(largest, op=MPI.MAX)
         return f"{largest:.4g} m"
 
-    def arrays(self) -> dict[str, Array]:
-        """Contact points everywhere; mesh and shapes on rank 0."""
+    def data(self) -> Data:
+        """Contact points everywhere, mesh on rank 0, shapes in blocks."""
         interface = self.analysis.interface
         contact = {
             "contact/points": interface.points,
@@ -98,30 +98,26 @@ class MeshReport:
         wanted = [p for p in branch.points if p.gamma_ratio in study.continuation.report_at]
         if study.full_order:
             inertia = {p.position: self._inertial_displacement(study, p) for p in wanted}
-            on_root(comm, lambda: branch_file.add_inertia(file, inertia))
+            led(comm, inertia, lambda blocks: branch_file.add_inertia(file, blocks))
 
-        def write() -> None:
-            stored = read_stored_branch(file)
-            points = [p for p in stored.points if p.gamma_ratio in study.continuation.report_at]
-            chosen = study.output
-            write_motions(
-                folder,
-                stored,
-                points,
-                fields=chosen.fields,
-                frames=chosen.frames,
-                on_progress=stages.report,
-            )
+        stored = on_root(comm, lambda: branch_file.read(file)[1])
+        write_motions(
+            folder,
+            file,
+            [p for p in stored if p.gamma_ratio in study.continuation.report_at],
+            fields=study.output.fields,
+            frames=study.output.frames,
+            comm=comm,
+            on_progress=stages.report,
+        )
 
-        on_root(comm, write)
-
-    def _inertial_displacement(self, study: Study, point: BranchPoint) -> Array:
-        """Harmonics of what inertia adds to the static residual shapes in m, on rank 0."""
+    def _inertial_displacement(self, study: Study, point: BranchPoint) -> Blocks:
+        """Harmonics of what inertia adds to the static residual shapes in m."""
         series = harmonic_balance(study).series
         with HarmonicSolver(self.analysis, harmonics=series.harmonics) as solver:
             omega, ell = 2 * np.pi * point.frequency, series.analysis @ point.force
             added = -solver.inertial_displacement(omega, series.order, ell)
-        return gathering(self.analysis.solid).nodal(added.T)
+        return gathering(self.analysis.solid).blocks(added.T)
 
     def _cells(self) -> int:
         mesh = self.analysis.solid.tagged.mesh

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from fenics_nnm.analysis import Analysis
 from fenics_nnm.arrays import Array
+from fenics_nnm.blocks import Data
 from fenics_nnm.continuation.follow import Branch
 from fenics_nnm.output.matrix_report import MatrixReport
 from fenics_nnm.output.mesh_report import MeshReport
@@ -33,8 +34,8 @@ class Report(Protocol):
     def largest(self, q: Array, force: Array) -> str:
         """Largest displacement, with its unit, of coordinates in kg^1/2 m and forces in N."""
 
-    def arrays(self) -> dict[str, Array]:
-        """Data sets for branch.h5, complete on rank 0."""
+    def data(self) -> Data:
+        """Data sets for branch.h5: arrays on rank 0, and blocks on all ranks."""
 
     def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
         """Write fields for ParaView, if there is a mesh, beside a finished branch.h5."""

@@ -179,6 +179,9 @@ class StoredBranch:
 def read_stored_branch(path: Path) -> StoredBranch:
     """Read a branch with its mesh and shapes.
 
+    Shapes are mapped into memory: what is not used of them is not read, and what was used can be
+    read again, so that they take no memory that others need.
+
     Raises:
         OutputError: if the file cannot be read, is of another kind, or has no mesh.
     """
@@ -192,8 +195,8 @@ def read_stored_branch(path: Path) -> StoredBranch:
             nodes=in_space(file["mesh/points"][:]),
             cells=file["mesh/cells"][:],
             cell_type=int(file["mesh/cell_type"][()]),
-            shapes=file["basis/shapes"][:],
-            residual_shapes=file["basis/residual_shapes"][:],
+            shapes=_mapped(path, file["basis/shapes"]),
+            residual_shapes=_mapped(path, file["basis/residual_shapes"]),
             region=file["mesh/region"][:],
             elasticity=file["material/elasticity"][:],
             elasticity_row=file["material/row"][:],
@@ -205,7 +208,16 @@ def read_stored_branch(path: Path) -> StoredBranch:
             contact_patches=file["contact/patches"][:],
             contact_pressures=file["contact/pressures"][:],
             inertia={
-                float(values.attrs["position"]): values[:]
+                float(values.attrs["position"]): _mapped(path, values)
                 for values in file.get("inertia", {}).values()
             },
         )
+
+
+def _mapped(path: Path, values: h5py.Dataset) -> Array:
+    """A data set where it is in the file; in memory if it is not in one piece there."""
+    offset = values.id.get_offset()
+    if offset is None:
+        return np.asarray(values[:])
+    array = np.memmap(path, values.dtype, mode="r", offset=offset, shape=values.shape)
+    return array.view(np.ndarray)

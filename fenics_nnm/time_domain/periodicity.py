@@ -55,16 +55,15 @@ def returned(flow: Flow, series: Series, point: BranchPoint) -> Return:
     """
     position, rate = series.basis_at(np.zeros(1))[0], series.rate_at(np.zeros(1))[0]
     q, velocity = position @ point.q, 2 * np.pi * point.frequency * rate @ point.q
-    start, energy = (q, velocity), flow.energy(q, velocity)
-    misses: list[float] = []
-    drift = 0.0
-    for _ in range(PERIODS):
-        after = flow.run(q, velocity, 1 / point.frequency)
-        if after.failure:
-            first = misses[0] if misses else float("nan")
-            return replace(UNKNOWN_RETURN, after_one=first, failure=after.failure)
-        q, velocity = after.q, after.velocity
-        missed = np.hypot(flow.model.omega * (q - start[0]), velocity - start[1])
-        misses.append(float(np.linalg.norm(missed) / np.sqrt(2 * point.energy)))
-        drift = max(drift, abs(flow.energy(q, velocity) / energy - 1))
-    return Return(misses[0], misses[-1], drift, energy / point.energy - 1)
+    times = np.arange(1, PERIODS + 1) / point.frequency
+    after = flow.run(q, velocity, times[-1], times=times[:-1])
+    states = np.vstack([after.q_at, after.q]), np.vstack([after.velocity_at, after.velocity])
+    missed = np.hypot(flow.model.omega * (states[0] - q), states[1] - velocity)
+    misses = np.linalg.norm(missed, axis=1) / np.sqrt(2 * point.energy)
+    first = float(misses[0])
+    if after.failure:
+        return replace(UNKNOWN_RETURN, after_one=first, failure=after.failure)
+    energy = flow.energy(q, velocity)
+    energies = np.array([flow.energy(*state) for state in zip(*states, strict=True)])
+    drift = float(np.abs(energies / energy - 1).max())
+    return Return(first, float(misses[-1]), drift, energy / point.energy - 1)

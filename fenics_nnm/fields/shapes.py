@@ -1,0 +1,79 @@
+"""Motions as sums of the shapes that a branch is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.nonlinear.forces import contact_force_rates
+from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.output.stored_branch import StoredBranch
+
+#: Nodes whose shapes are in memory at once.
+_NODES_AT_ONCE = 2**14
+
+
+@dataclass(frozen=True, slots=True)
+class MotionShapes:
+    """The modes of a branch, its residual shapes taken negative, and what full order adds.
+
+    A motion has an amount of each at any time, and its displacement is the sum.
+
+    Attributes:
+        branch: Branch.
+        inertia: Positions of points that full order adds its harmonics to; those of one point
+            after those of another.
+    """
+
+    branch: StoredBranch
+    inertia: tuple[float, ...]
+
+    def at(self, nodes: Indices | slice) -> Array:
+        """Displacement of each shape at some nodes, shape (shapes, nodes, dim)."""
+        branch = self.branch
+        parts = [branch.shapes, branch.residual_shapes]
+        parts += [branch.inertia[place] for place in self.inertia]
+        found = np.concatenate([part[:, nodes] for part in parts])
+        residual = slice(len(branch.shapes), len(branch.shapes) + len(branch.residual_shapes))
+        np.negative(found[residual], out=found[residual])
+        return found
+
+    def amounts(self, point: BranchPoint, phase: Array) -> Array:
+        """Amounts of the shapes in a motion at phases omega t, shape (len(phase), shapes)."""
+        branch, basis = self.branch, self.branch.series.basis_at(phase)
+        forces = branch.forces(point, phase)
+        return np.hstack([basis @ point.q, forces, *self._own(point, basis)])
+
+    def rates(self, point: BranchPoint, phase: Array) -> Array:
+        """Their derivatives by time in 1/s."""
+        branch, rates = self.branch, self.branch.series.rate_at(phase)
+        forces = contact_force_rates(branch.header.model, branch.series, point, phase)
+        by_phase = np.hstack([rates @ point.q, forces, *self._own(point, rates)])
+        return 2 * np.pi * point.frequency * by_phase
+
+    def of(self, q: Array, force: Array) -> Array:
+        """Amounts in modal coordinates (J,) and contact forces in N (n_c,), shape (shapes,)."""
+        rest = sum(len(self.branch.inertia[place]) for place in self.inertia)
+        return np.concatenate([q, force, np.zeros(rest)])
+
+    def fields(self, amounts: Array) -> Array:
+        """Sums of the shapes at all nodes, (k, n, dim), for amounts (k, shapes)."""
+        branch = self.branch
+        found = np.empty((len(amounts), len(branch.nodes), branch.shapes.shape[2]))
+        for start in range(0, len(branch.nodes), _NODES_AT_ONCE):
+            few = slice(start, start + _NODES_AT_ONCE)
+            found[:, few] = np.tensordot(amounts, self.at(few), 1)
+        return found
+
+    def _own(self, point: BranchPoint, harmonics: Array) -> list[Array]:
+        """Amounts of what full order adds: to the points that it belongs to."""
+        none = np.zeros_like(harmonics)
+        return [harmonics if place == point.position else none for place in self.inertia]
+
+
+def motion_shapes(branch: StoredBranch, points: Sequence[BranchPoint]) -> MotionShapes:
+    """The shapes that some points of a branch are made of."""
+    return MotionShapes(branch, tuple(p.position for p in points if p.position in branch.inertia))

@@ -1,0 +1,101 @@
+"""Stress fields of a motion at the nodes of a part, one row of numbers for each component."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.fields.frames import Frames
+from fenics_nnm.fields.invariants import principal, von_mises
+from fenics_nnm.fields.peak import PEAKS, linear_reversals, peaks
+from fenics_nnm.fields.selection import FieldName
+from fenics_nnm.fields.stress_basis import StressBasis
+from fenics_nnm.nonlinear.point import BranchPoint
+
+VON_MISES = "von Mises stress (Pa)"
+PRINCIPAL = tuple(f"{which} principal stress (Pa)" for which in ("largest", "middle", "smallest"))
+
+#: Nodes whose stress at all instants is held in memory at once.
+_NODES_AT_ONCE = 2_000
+
+
+@dataclass(frozen=True, slots=True)
+class StressRows:
+    """Which rows there are: those of each distinct frame, then the peaks.
+
+    Attributes:
+        fields: Fields wanted.
+        frames: Frames of a period.
+    """
+
+    fields: Sequence[FieldName]
+    frames: Frames
+
+    @property
+    def names(self) -> dict[str, int]:
+        """Stress fields of a frame, and the number of their components."""
+        names: dict[str, int] = {}
+        if "von_mises" in self.fields:
+            names[VON_MISES] = 1
+        if "principal_stress" in self.fields:
+            names.update(dict.fromkeys(PRINCIPAL, 1))
+        if "stress" in self.fields:
+            names["stress (Pa)"] = 6
+        return names
+
+    @property
+    def of_frame(self) -> int:
+        """Number of rows of a frame."""
+        return sum(self.names.values())
+
+    @property
+    def peaks(self) -> slice:
+        """Rows of the peaks; none if they are not wanted."""
+        start = self.frames.distinct * self.of_frame
+        return slice(start, start + len(PEAKS) * ("peak_stress" in self.fields))
+
+    @property
+    def count(self) -> int:
+        """Number of all rows of a motion."""
+        return self.peaks.stop
+
+    def named(self, rows: Array) -> dict[str, Array]:
+        """Fields of a frame from its rows (rows, nodes): each (nodes,) or (nodes, components)."""
+        ends = np.cumsum(list(self.names.values()))
+        parts = np.split(rows, ends[:-1])
+        return {
+            name: np.ascontiguousarray(part.T) if len(part) > 1 else part[0]
+            for name, part in zip(self.names, parts, strict=True)
+        }
+
+    def at(self, basis: StressBasis, point: BranchPoint) -> Array:
+        """All rows of a motion at the nodes of a part, shape (rows, nodes)."""
+        times, of_frames = self.frames.searched()
+        if "peak_stress" not in self.fields:
+            times, of_frames = self.frames.times, np.arange(self.frames.distinct)
+        moved = basis.shapes.amounts(point, 2 * np.pi * times)
+        reversals = linear_reversals(basis.shapes, point)
+        found = np.empty((self.count, basis.stresses.shape[2]))
+        for start in range(0, found.shape[1], _NODES_AT_ONCE):
+            few = slice(start, start + _NODES_AT_ONCE)
+            stress = basis.stress(moved, few)
+            mises = von_mises(stress)
+            shown = self._of_frames(stress[of_frames], mises[of_frames])
+            found[: self.peaks.start, few] = shown
+            if "peak_stress" in self.fields:
+                found[self.peaks, few] = peaks(times, stress, mises, basis.stress(reversals, few))
+        return found
+
+    def _of_frames(self, stress: Array, mises: Array) -> Array:
+        """Rows of frames from stresses (frames, nodes, 6), frame by frame."""
+        parts: list[Array] = []
+        if "von_mises" in self.fields:
+            parts.append(mises[:, None])
+        if "principal_stress" in self.fields:
+            parts.append(np.moveaxis(principal(stress), -1, 1))
+        if "stress" in self.fields:
+            parts.append(np.moveaxis(stress, -1, 1))
+        return np.concatenate(parts, axis=1).reshape(-1, mises.shape[1]) if parts else mises[:0]

@@ -24,10 +24,10 @@ def tip(points: int) -> Array:
     return 2 * np.exp(-np.abs(s[:, None] - s) / 0.15)
 
 
-def smooth(points: int) -> Array:
+def smooth(points: int, own: float = 1e-4) -> Array:
     """The flexibility of a layer that spreads forces over three points or so."""
     s = along_tip(points)
-    return np.exp(-((s[:, None] - s) ** 2) * points**2 / 18) + 1e-4 * np.eye(points)
+    return np.exp(-((s[:, None] - s) ** 2) * points**2 / 18) + own * np.eye(points)
 
 
 def spreading(points: int, samples: int) -> Array:
@@ -102,6 +102,15 @@ def test_points_that_come_into_contact_one_at_a_time_give_the_same_forces(
     found = law(excess).force
     obey(R, excess, found, 1e-11)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * expected.max())
+
+
+def test_forces_are_found_where_the_flexibility_is_nearly_singular() -> None:
+    R, rng = smooth(96, 1e-9), np.random.default_rng(0)
+    assert np.linalg.cond(R) > 1e9
+    excess = spreading(96, 33)
+    for size in (0.0, 0.02, 0.02):
+        loaded = excess + size * rng.normal(size=96)
+        obey(R, loaded, Complementarity(R, np.zeros(96))(loaded).force, 1e-13)
 
 
 def test_more_points_are_found_from_fewer() -> None:

@@ -103,7 +103,7 @@ class _Search:
                 whole = self._project(pending, aim, freely=not step)
             else:
                 whole = self._go_to_zero(pending, aim)
-            pending = self._still_pending(pending, whole, alone=step + 1 >= _TOGETHER)
+            pending = self._still_pending(pending, whole, alone=max(step + 2 - _TOGETHER, 0))
         raise np.linalg.LinAlgError("contact forces are not determined to round-off")
 
     def _closing(self, pending: Indices) -> Array:
@@ -153,15 +153,16 @@ class _Search:
         self.opening[pending] = force @ self.flexibility.R - self.excess[pending]
         return np.asarray(fraction[:, 0] == 1)
 
-    def _still_pending(self, pending: Indices, whole: Mask, *, alone: bool) -> Indices:
+    def _still_pending(self, pending: Indices, whole: Mask, *, alone: int) -> Indices:
         """The samples at which forces do not obey all conditions to round-off.
 
-        There the points with w < 0 come into contact, or `alone` the worst after a whole step.
+        There the points with w < 0 come into contact. From the first step on that is made `alone`
+        it is the worst of them after a whole step, and the longer it takes, the more is round-off.
         """
         force, opening = self.force[pending], self.opening[pending]
         pushed = np.diagonal(self.flexibility.R).max() * force.sum(axis=1)
         size = np.abs(self.excess[pending]).max(axis=1) + pushed
-        nothing = _ROUND_OFF * size[:, None]
+        nothing = _ROUND_OFF * (1 + alone) * size[:, None]
         touching, closing = force > 0, opening < -nothing
         wrong = (closing | (touching & (opening > nothing))).any(axis=1)
         if alone:

@@ -1,7 +1,7 @@
 """Contact laws: from displacements at the time samples to contact forces and their derivative.
 
 A law treats all samples at once. Its derivative is block-diagonal over the samples and touches
-only the points in contact, so it is kept as one small matrix a sample.
+only the points in contact, so it is one small matrix a sample, made where it is asked for.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class ContactForces:
         samples: Indices of the samples with contact, shape (s_a,).
         points: Indices of the points in contact at each of these, padded, shape (s_a, k).
         used: Which of them are no padding, shape (s_a, k).
-        local: What d (Phi q) / d lambda follows from; None without contact.
+        local: What d (Phi q) / d lambda follows from; None without contact, or if it is not kept.
     """
 
     force: Array

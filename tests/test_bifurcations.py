@@ -16,6 +16,7 @@ from fenics_nnm.continuation.follow import EnergyContinuation, follow
 from fenics_nnm.continuation.levels import HarmonicBalance
 from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.time_domain import chord
 from fenics_nnm.time_domain.bifurcations import (
     Bifurcation,
     Witness,
@@ -116,6 +117,30 @@ def test_way_back_over_a_bifurcation_does_not_count_it_twice() -> None:
     assert again.located == (forth,)
     assert again.unlocated == ((1.7, 1.6),)
     assert forth.energy == pytest.approx(place.energy, rel=1e-4)
+
+
+def test_a_cubic_that_leads_astray_is_left_for_the_chord(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Guesses beside the family, and as far before the first neighbour as the second is beyond."""
+    points, rng = three_modes().points, np.random.default_rng(1)
+
+    def astray(left: chord.FamilyMotion, right: chord.FamilyMotion, share: float) -> Array:
+        off = rng.normal(size=left.unknowns.size)
+        off -= left.tangent * (left.tangent @ off)
+        off *= 0.3 * left.distance(right) / np.linalg.norm(off)
+        return 2 * left.unknowns - right.unknowns + off
+
+    monkeypatch.setattr(chord, "_hermite", astray)
+    flow = Flow(MODEL)
+    motions = [shoot(flow, BALANCE.series, point) for point in points]
+    witnesses = [
+        Witness(point.gamma_ratio, each, stability(flow, each, reversible=True))
+        for point, each in zip(points, motions, strict=True)
+    ]
+    told = bifurcations(flow, witnesses, reversible=True)
+    assert not told.unlocated
+    for each, same in zip(told.located, three_modes().bifurcations.located, strict=True):
+        assert each.kind == same.kind
+        assert each.energy == pytest.approx(same.energy, rel=1e-4)
 
 
 def test_general_motions_bifurcate_at_the_same_energies() -> None:

@@ -1,13 +1,12 @@
 """Motions of a family between two neighbours of a branch, and where their instability changes.
 
 The motions are shot from a cubic through the two nearest known ones with their tangents, or, where
-that leads nowhere, from the chord between the neighbours: from there the shortest Newton steps
-lead to a motion of the family, which thus may turn back in energy.
+that leads nowhere or far from the cubic, from the chord between the neighbours: from there the
+shortest Newton steps lead to a motion of the family, which thus may turn back in energy.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +32,9 @@ _BEYOND = 0.45
 #: after so many of these on end the two are of different families.
 _SLOW = 0.7
 _MOST_SLOW = 4
+
+#: The cubic is no guide to a family that is farther from it than this part of the way.
+_FAITHFUL = 0.2
 
 #: How well motions between two others are shot, relative in the energy norm: multipliers leave the
 #: circle with the root of the distance to a bifurcation, and so show that to the square of it.
@@ -150,17 +152,13 @@ class Chord:
         """A motion of the family between two others, None if none is found."""
         self.budget.left -= 1
         place = left.place + share * (right.place - left.place)
-        for guess in self._guesses(left, right, share, place):
+        guess = _hermite(left, right, share)
+        found = periodic_motion(self.equations, guess, _STEPS, keep_energy=False)
+        farthest = _FAITHFUL * left.distance(right)
+        if found.failure or np.linalg.norm(found.unknowns - guess) > farthest:
+            guess = self.first.unknowns + place * (self.last.unknowns - self.first.unknowns)
             found = periodic_motion(self.equations, guess, _STEPS, keep_energy=False)
-            if not found.failure:
-                return self._known(place, found)
-        return None
-
-    def _guesses(
-        self, left: FamilyMotion, right: FamilyMotion, share: float, place: float
-    ) -> Iterator[Array]:
-        yield _hermite(left, right, share)
-        yield self.first.unknowns + place * (self.last.unknowns - self.first.unknowns)
+        return None if found.failure else self._known(place, found)
 
     def _known(self, place: float, found: Found) -> FamilyMotion | None:
         state = self.equations.state(found.unknowns)

@@ -16,6 +16,7 @@ import numpy as np
 
 from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.output import branch_file, journal
+from fenics_nnm.output.staging import living_run
 
 #: Runs a study; each point that was stored is noted in a file of its own, and takes 50 ms.
 NOTING = """
@@ -73,16 +74,10 @@ def wait_for(condition: Callable[[], object], process: subprocess.Popen[Any]) ->
         time.sleep(0.005)
 
 
-def wait_for_end(number: int) -> None:
-    """Wait until a process that is no child of this one has ended."""
-    stat, end = Path(f"/proc/{number}/stat"), time.monotonic() + 60
-    while time.monotonic() < end:
-        try:
-            state = stat.read_text().rpartition(")")[2].split()[0]
-        except (FileNotFoundError, ProcessLookupError):
-            return
-        if state == "Z":
-            return
+def wait_for_owners(folder: Path) -> None:
+    """Wait until no process holds a run in a results folder any more."""
+    end = time.monotonic() + 60
+    while living_run(folder) and time.monotonic() < end:
         time.sleep(0.005)
 
 

@@ -21,7 +21,7 @@ from killed_runs import (
     numbers,
     run_noting,
     wait_for,
-    wait_for_end,
+    wait_for_owners,
 )
 
 from fenics_nnm.output import branch_file, owner
@@ -372,7 +372,7 @@ def test_interrupted_ranks(
     finally:
         process.terminate()
         process.wait()
-    wait_for_end(rank.process)  # mpirun may end before its ranks do
+    wait_for_owners(tmp_path / "out")  # mpirun may end before its ranks do
     noted = noted_points(tmp_path)
     _, points = branch_file.read(branch_in(tmp_path / "out"))
     found = {point.gamma_ratio: numbers(point) for point in points}

@@ -16,7 +16,7 @@ import pytest
 from petsc4py import PETSc
 
 from fenics_nnm.errors import ConvergenceError
-from fenics_nnm.fem.factorisation import factorise, use_mumps
+from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
 
 PREFIX = "test_factorisation_"
 
@@ -74,6 +74,19 @@ def test_workspace_is_doubled_until_it_is_enough(caplog: Any) -> None:
     ksp.solve(right, left)
     rest = right - matrix * left
     assert rest.norm() < 1e-12 * right.norm()
+
+
+def test_limit_of_memory_reserves_no_more_than_a_dense_matrix_can_need() -> None:
+    def reserved() -> int:
+        status = Path("/proc/self/status").read_text()
+        return 1024 * int(status.split("VmSize:")[1].split()[0])
+
+    ksp, before = solver(grid()), reserved()
+    with limited_memory(ksp, 2.0**36):
+        factorise(ksp)
+    assert ksp.getPC().getFactorMatrix().getMumpsIcntl(23) <= (16 * SIDE**4 + 2**30) / 1e6
+    assert reserved() - before < 2**31
+    ksp.destroy()
 
 
 def test_workspace_of_the_user_is_not_raised() -> None:

@@ -211,12 +211,12 @@ def test_interrupted(
 def test_interrupt_signal(number: int, study_file: StudyFile, tmp_path: Path) -> None:
     """A real Ctrl-C, or the end of a batch job, in the middle of a real process."""
     study = study_file(continuation={"energies": {"step": 1e-3}, "report_at": []})
+    # a job in the background is started with the interrupt ignored
+    program = ["env", "--default-signal=INT", sys.executable, "-m", "fenics_nnm"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "fenics_nnm", "run", str(study), "--output", str(tmp_path / "out")],
+        [*program, "run", str(study), "--output", str(tmp_path / "out")],
         stderr=subprocess.PIPE,
         text=True,
-        # a job in the background is started with the interrupt ignored
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     try:
         while process.poll() is None and _stored(tmp_path / "out") < 20:

@@ -29,6 +29,9 @@ _UNLIMITED = -9
 #: is too small, and a limit that analysis has shown to be too low.
 _TOO_LITTLE = (-5, -7, -8, -9, -11, -13, -19)
 
+#: Bytes an entry of a dense factor and of what it is made of, and bytes that MUMPS takes besides.
+_DENSE, _BESIDES = 16, 2**30
+
 #: The workspace is doubled at most so many times.
 _DOUBLINGS = 5
 
@@ -54,13 +57,15 @@ def use_mumps(ksp: PETSc.KSP, settings: Sequence[tuple[str, int]] = ()) -> None:
 def limited_memory(ksp: PETSc.KSP, memory: float | None) -> Iterator[None]:
     """Let each rank take some bytes at most for a factorisation inside; no limit if None.
 
-    MUMPS knows after its analysis, a small part of the work, whether they are enough.
+    MUMPS knows after its analysis, a small part of the work, whether they are enough. It reserves
+    all of them as address space, so they are no more than any matrix of this size can need.
     """
     options, name = PETSc.Options(ksp.getOptionsPrefix()), _option(_MEMORY)
     if memory is None or options.hasName(name):
         yield
         return
-    options.setValue(name, max(1, int(memory / 1e6)))
+    rows = ksp.getOperators()[1].getSize()[0]
+    options.setValue(name, max(1, int(min(memory, _DENSE * rows**2 + _BESIDES) / 1e6)))
     try:
         yield
     finally:

@@ -30,11 +30,11 @@ from pathlib import Path
 import numpy as np
 from tips import blade_tip
 
-from fenics_nnm.continuation.branch import Branch
-from fenics_nnm.continuation.follow import EnergyContinuation, follow
-from fenics_nnm.continuation.levels import HarmonicBalance
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.backbone.branch import Branch
+from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.model import ReducedModel
 
 #: Modes J, contact points n_c, harmonics N, samples m.
 CASES = ((10, 6, 5, 64), (20, 12, 10, 128), (40, 24, 10, 128), (80, 48, 10, 128))

@@ -27,7 +27,7 @@ def measured(file: Path, ratios: list[float], frames: int) -> dict[str, float]:
     from mpi4py import MPI
 
     from fenics_nnm.fields.export import export
-    from fenics_nnm.fields.selection import DEFAULT_FIELDS
+    from fenics_nnm.study.selection import DEFAULT_FIELDS
 
     comm, ended, most = MPI.COMM_WORLD, threading.Event(), [0.0]
     watch = threading.Thread(target=watched, args=(ended, most), daemon=True)

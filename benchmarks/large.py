@@ -83,8 +83,8 @@ def measured(size: float, solver: str, linear_only: bool) -> dict[str, Any]:
     """CPU seconds of the stages and the peak memory of one run."""
     from mpi4py import MPI
 
-    from fenics_nnm.analysis import linear_analysis
     from fenics_nnm.run import run_study
+    from fenics_nnm.structure.analysis import linear_analysis
     from fenics_nnm.study import read_study
 
     stages = timed_stages()

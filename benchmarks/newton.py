@@ -23,10 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from tips import blade_tip
 
-from fenics_nnm.continuation.levels import HarmonicBalance, levels
-from fenics_nnm.continuation.lift import Lift
+from fenics_nnm.backbone.cascade import Lift
+from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.nonlinear.condensed import pays
-from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, solve
 
 _GAMMA_RATIO = 1.8

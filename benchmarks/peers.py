@@ -35,14 +35,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 from tips import blade_tip
 
-from fenics_nnm.continuation.follow import EnergyContinuation, follow
-from fenics_nnm.continuation.levels import HarmonicBalance
-from fenics_nnm.nonlinear.fourier import FourierSeries
-from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
+from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedFrequency, Newton, solve
-from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.shooting import shoot
 

@@ -29,9 +29,9 @@ def measured(size: float) -> dict[str, float]:
     """Seconds of each stage of one analysis, the slowest rank's, and its degrees of freedom."""
     from mpi4py import MPI
 
-    from fenics_nnm.analysis import linear_analysis
     from fenics_nnm.fem import mesh
     from fenics_nnm.stages import Stages
+    from fenics_nnm.structure.analysis import linear_analysis
     from fenics_nnm.study import read_study
 
     comm, spent, generate = MPI.COMM_WORLD, [0.0], mesh.extracted

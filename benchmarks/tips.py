@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.mechanics.model import ReducedModel
 
 #: Total flexibility of the tip over that of the followed mode, and length of its decay.
 _FLEXIBILITY, _DECAY = 2.0, 0.15

@@ -10,42 +10,42 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import (
-    Analyse,
-    linear_frequencies,
-    model_in_contact,
-    nonlinear_mode,
-    wanted_motions,
-)
-from fenics_nnm.blocks import Data, led
-from fenics_nnm.continuation.follow import Branch
+from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, STATUSES
 from fenics_nnm.errors import OutputError
+from fenics_nnm.fem.blocks import Data, led
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import conducted, on_root
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output import branch_file, journal
-from fenics_nnm.output.auto_report import told, warn_of
-from fenics_nnm.output.journal import Journal
 from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
-from fenics_nnm.output.run_summary import run_summary, versions
-from fenics_nnm.output.staging import Staging, Stopped, claim, publish, rescue, stopped_runs
-from fenics_nnm.output.tables import write_backbone, write_summary
 from fenics_nnm.resolution.auto import Choice, choice, improved
-from fenics_nnm.resume import (
+from fenics_nnm.results import branch_file, journal
+from fenics_nnm.results.auto_report import told, warn_of
+from fenics_nnm.results.journal import Journal
+from fenics_nnm.results.resume import (
     StoredRun,
     assert_nobody_runs,
     known_points,
     remove_taken_over,
     stored_run,
 )
+from fenics_nnm.results.run_summary import run_summary, versions
+from fenics_nnm.results.staging import Staging, Stopped, claim, publish, rescue, stopped_runs
+from fenics_nnm.results.tables import write_backbone, write_summary
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.analysis import (
+    Analyse,
+    linear_frequencies,
+    model_in_contact,
+    nonlinear_mode,
+    wanted_motions,
+)
 from fenics_nnm.study import Study
 from fenics_nnm.study.inputs import input_digests
-from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, STATUSES
 
 logger = logging.getLogger(__name__)
 

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis
 from fenics_nnm.cli import main
 from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import study_from
 
 #: A rod of eight linear elements: a run takes a few tenths of a second.

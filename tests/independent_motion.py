@@ -9,8 +9,8 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.model import ReducedModel
 
 #: Violations below this, relative to the gap, are round-off.
 _ROUND_OFF = 1e-12

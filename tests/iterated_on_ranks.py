@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis
+from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import read_study
 
 linear = linear_analysis(read_study(Path(sys.argv[1])), MPI.COMM_WORLD)

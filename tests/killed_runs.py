@@ -14,9 +14,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output import branch_file, journal
-from fenics_nnm.output.staging import living_run
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.results import branch_file, journal
+from fenics_nnm.results.staging import living_run
 
 #: Runs a study; each point that was stored is noted in a file of its own, and takes 50 ms.
 NOTING = """

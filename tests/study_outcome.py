@@ -18,10 +18,10 @@ from typing import Any
 
 from independent_motion import Exact, TooLong, after_a_period, exact_motion
 
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output import branch_file
-from fenics_nnm.output.branch_file import BranchHeader
-from fenics_nnm.time_domain.verdict import VERIFIED
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.verdict import VERIFIED
+from fenics_nnm.results import branch_file
+from fenics_nnm.results.branch_file import BranchHeader
 
 #: What a reason must have: a key of the study file to change.
 _KEY = re.compile(r"\b(mesh|body|material|clamp|contact|reduction|mode|continuation|matrices)\.\w+")

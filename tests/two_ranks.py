@@ -17,7 +17,7 @@ from conftest import BEAM, PLATE, changed, toml
 from fork_mesh import fork, fork_study
 from ranks import SAME_FIELD, field_differences, on_ranks, rows
 
-from fenics_nnm.output import branch_file
+from fenics_nnm.results import branch_file
 
 DEMOS = Path(__file__).parents[1] / "demos"
 

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fenics_nnm.continuation.follow import EnergyContinuation, follow
-from fenics_nnm.continuation.levels import HarmonicBalance
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.run import run_study
 from fenics_nnm.study import Study, study_from
 

@@ -21,11 +21,11 @@ from pictures import draw_comparison, draw_pressed, draw_pressure
 from pressure import ContactLine, corner_jump, zigzag
 from rich.console import Console
 
-from fenics_nnm.analysis import harmonic_balance, linear_analysis, nonlinear_mode
-from fenics_nnm.continuation.follow import Branch
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.progress import progress
 from fenics_nnm.run import run_study
+from fenics_nnm.structure.analysis import harmonic_balance, linear_analysis, nonlinear_mode
 from fenics_nnm.study import Study, read_study
 
 HERE = Path(__file__).parent

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.contact import ContactInterface
-from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.model import ReducedModel
 
 
 @dataclass(frozen=True, slots=True)

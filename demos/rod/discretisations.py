@@ -15,7 +15,7 @@ import numpy as np
 from exact_rod import frequency_ratio
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis, nonlinear_mode
+from fenics_nnm.structure.analysis import linear_analysis, nonlinear_mode
 from fenics_nnm.study import study_from
 
 FINE = Path(__file__).parent / "fine.toml"

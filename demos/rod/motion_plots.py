@@ -17,8 +17,8 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.results.stored_branch import StoredBranch
 
 #: Instants of a period that a closed orbit is drawn through.
 _ORBIT = 720

@@ -20,10 +20,10 @@ import numpy as np
 from exact_rod import pressed_period
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis, nonlinear_mode
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.verdict import CONVERGED, VERIFIED
+from fenics_nnm.structure.analysis import linear_analysis, nonlinear_mode
 from fenics_nnm.study import study_from
-from fenics_nnm.time_domain.verdict import CONVERGED, VERIFIED
 
 FINE = Path(__file__).parent / "fine.toml"
 LENGTH, AREA, YOUNG, DENSITY, GAP = 1.0, 9e-4, 2.1e11, 7800.0, -1e-3

@@ -20,8 +20,8 @@ from rich.console import Console
 
 from fenics_nnm.output.motion_measures import Standing, standing
 from fenics_nnm.output.pictures.backbone import plot_backbone
-from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.progress import progress
+from fenics_nnm.results.stored_branch import read_stored_branch
 from fenics_nnm.run import RunResult, run_study
 from fenics_nnm.study import read_study
 

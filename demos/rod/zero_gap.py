@@ -24,8 +24,8 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import harmonic_balance, linear_analysis, nonlinear_mode
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.structure.analysis import harmonic_balance, linear_analysis, nonlinear_mode
 from fenics_nnm.study import study_from
 
 FINE = Path(__file__).parent / "fine.toml"

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis, nonlinear_mode
+from fenics_nnm.structure.analysis import linear_analysis, nonlinear_mode
 from fenics_nnm.study import study_from
 
 STUDY = Path(__file__).parent / "rotor37.toml"

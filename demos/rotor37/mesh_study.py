@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis
+from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import read_study
 
 study = read_study(Path(__file__).parent / "rotor37.toml")

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis, nonlinear_mode
-from fenics_nnm.continuation.follow import Branch
+from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.fem.harmonic import HarmonicSolver
+from fenics_nnm.structure.analysis import linear_analysis, nonlinear_mode
 from fenics_nnm.study import Study, study_from
 
 PATH = Path(__file__).parent / "rotor37.toml"

@@ -19,8 +19,8 @@ from fenics_nnm.output.gallery import draw, make_pictures
 from fenics_nnm.output.motion_measures import first_torsion_mode, kinetic_shares, section_motion
 from fenics_nnm.output.pictures.body import Row, Shape, plan_shapes
 from fenics_nnm.output.pictures.scene import View
-from fenics_nnm.output.stored_branch import read_stored_branch
 from fenics_nnm.progress import progress
+from fenics_nnm.results.stored_branch import read_stored_branch
 from fenics_nnm.run import run_study
 from fenics_nnm.study import read_study
 

@@ -87,8 +87,8 @@ def _draw_groups(study: Study, picture: Path | None, error: Exception) -> None:
     """Show the groups of a mesh that cannot be used as asked, if it can be read at all."""
     from mpi4py import MPI
 
-    from fenics_nnm.analysis import tagged_mesh
     from fenics_nnm.output.pictures.groups import draw_groups, roles_of
+    from fenics_nnm.structure.analysis import tagged_mesh
 
     if picture is None or not isinstance(study, MeshStudy) or MPI.COMM_WORLD.size > 1:
         return

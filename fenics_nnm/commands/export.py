@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show, stages_of
 from fenics_nnm.errors import StudyError
-from fenics_nnm.fields.selection import DEFAULT_FIELDS, FIELDS, FieldName
 from fenics_nnm.study.output import LEAST_FRAMES
+from fenics_nnm.study.selection import DEFAULT_FIELDS, FIELDS, FieldName
 
 if TYPE_CHECKING:
-    from fenics_nnm.nonlinear.point import BranchPoint
+    from fenics_nnm.backbone.point import BranchPoint
 
 #: Fields that have to be asked for.
 _LEFT_OUT = [name for name in FIELDS if name not in DEFAULT_FIELDS]

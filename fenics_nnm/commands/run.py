@@ -24,7 +24,7 @@ from fenics_nnm.interrupts import terminable
 from fenics_nnm.study import Study
 
 if TYPE_CHECKING:
-    from fenics_nnm.continuation.branch import Encounter
+    from fenics_nnm.backbone.branch import Encounter
     from fenics_nnm.run import RunResult
 
 

@@ -23,10 +23,10 @@ from fenics_nnm.continuation.arc_length import (
     place,
     unknowns,
 )
+from fenics_nnm.continuation.continuity import Continuity, StepTest
 from fenics_nnm.continuation.events import Event, events_on, gamma_slope, omega_slope
 from fenics_nnm.continuation.kinks import ways_on
 from fenics_nnm.continuation.segment import NotOnSegmentError, Segment
-from fenics_nnm.continuation.step_test import Continuity, StepTest
 from fenics_nnm.continuation.trace_options import ArcLength, Heading, Predictor, Range
 from fenics_nnm.errors import ModelError
 from fenics_nnm.nonlinear.full_order import Equations

@@ -10,7 +10,7 @@ from dolfinx.plot import vtk_mesh
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.blocks import Blocks, Data
+from fenics_nnm.fem.blocks import Blocks, Data
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.elasticity import elasticity_at, region_of_cells
 from fenics_nnm.fem.linear import LinearAnalysis

@@ -11,10 +11,10 @@ from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.modal_solver import DirectModalSolver, ModalSolver
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_reduction
-from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fields.recovery import FieldMesh, StressRecovery, field_mesh, stress_recovery
 from fenics_nnm.fields.vtu import GridFile, grid_file
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import StoredBranch
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
-from fenics_nnm.blocks import Blocks, led
+from fenics_nnm.fem.blocks import Blocks, led
 from fenics_nnm.fem.gathering import gathering
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.reference_cell import reference_cell

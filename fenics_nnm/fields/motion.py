@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fields.body import FieldBody
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.peak import PEAKS
@@ -18,7 +19,6 @@ from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.fields.surface import ContactSurface
 from fenics_nnm.fields.table import PartTable
 from fenics_nnm.fields.vtu import block, write_collection
-from fenics_nnm.nonlinear.point import BranchPoint
 
 DISPLACEMENT = "displacement (m)"
 VELOCITY = "velocity (m/s)"

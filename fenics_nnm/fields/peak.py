@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fields.invariants import principal, von_mises
 from fenics_nnm.fields.shapes import MotionShapes
-from fenics_nnm.nonlinear.point import BranchPoint
 
 #: Fields of the largest stresses.
 PEAKS = (

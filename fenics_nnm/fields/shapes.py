@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.nonlinear.forces import contact_force_rates
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import StoredBranch
 
 #: Nodes whose shapes are in memory at once.
 _NODES_AT_ONCE = 2**14

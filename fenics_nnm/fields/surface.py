@@ -10,7 +10,7 @@ from scipy.sparse import csr_array, lil_array
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.reference_cell import facet_parents, facet_type, reference_cell
 from fenics_nnm.fields.vtu import GridFile, grid_file
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import StoredBranch
 
 
 @dataclass(frozen=True, slots=True)

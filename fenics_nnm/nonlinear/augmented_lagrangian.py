@@ -32,10 +32,10 @@ from typing import Literal
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
+from fenics_nnm.nonlinear.equations import Energies
 from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.mode import Energies
 from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
-from fenics_nnm.nonlinear.penalty_law import AugmentedLagrangian
 
 #: First penalty of the normalisation, times gamma^2 over omega^2.
 _FIRST_ENERGY_PENALTY = 10.0

@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.nonlinear.contact_law import ContactForces
-from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.nonlinear.equations import HarmonicEquations
 
 #: With more pairs in contact than this part of the unknowns, their equations are no cheaper.
 _FEW = 0.6

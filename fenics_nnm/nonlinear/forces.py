@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.model import ReducedModel
 
 
 def contact_forces(model: ReducedModel, series: Series, point: BranchPoint, phase: Array) -> Array:

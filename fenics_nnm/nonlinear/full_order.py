@@ -22,11 +22,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.contact_law import ContactForces, ContactLaw
-from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.nonlinear.mode import Energies, HarmonicEquations
+from fenics_nnm.mechanics.contact_law import ContactForces, ContactLaw
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.nonlinear.equations import Energies, HarmonicEquations
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
-from fenics_nnm.reduction.model import ReducedModel
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.full_order import Equations, FullOrderEquations
-from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
 

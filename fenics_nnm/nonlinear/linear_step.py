@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.contact_law import ContactForces
-from fenics_nnm.nonlinear.mode import HarmonicEquations
+from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.newton import FixedEnergy, Unknowns, bordered_solution, phase_row
 
 

@@ -8,10 +8,10 @@ from typing import Protocol
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.contact_law import ContactForces
 from fenics_nnm.nonlinear.condensed import Border, condensed_solution, pays
-from fenics_nnm.nonlinear.contact_law import ContactForces
+from fenics_nnm.nonlinear.equations import Energies, HarmonicEquations
 from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.mode import Energies, HarmonicEquations
 
 
 class Constraint(Protocol):

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.fourier import Series
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.linear_step import linear_step
-from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution, Unknowns
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
 from fenics_nnm.reduction.truncation import GalerkinTruncation, MasslessTruncation, Truncation

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.linear_step import linear_step
-from fenics_nnm.nonlinear.mode import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Solution, Unknowns
 
 #: The finer series has more harmonics and samples by these factors. Errors of samples fall with

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from fenics_nnm.analysis import Analysis, harmonic_balance, linear_frequencies, wanted_motions
-from fenics_nnm.continuation.outlook import outlook
+from fenics_nnm.backbone.outlook import outlook
+from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.output.report import report_of
-from fenics_nnm.reduction.rest import RestState
+from fenics_nnm.structure.analysis import (
+    Analysis,
+    harmonic_balance,
+    linear_frequencies,
+    wanted_motions,
+)
 from fenics_nnm.study import Study
 
 #: Most internal resonances that are listed; the others have higher harmonics.

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.blocks import Data
-from fenics_nnm.continuation.follow import Branch
+from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.fem.blocks import Data
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import Study

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import harmonic_balance
 from fenics_nnm.arrays import Array
-from fenics_nnm.blocks import Blocks, Data, led
-from fenics_nnm.continuation.follow import Branch
+from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.fem.blocks import Blocks, Data, led
 from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -20,11 +20,11 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.linear import write_linear_modes
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output import branch_file
 from fenics_nnm.output.group_table import group_table
 from fenics_nnm.output.material_report import attachment_lines, material_lines
+from fenics_nnm.results import branch_file
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.analysis import harmonic_balance
 from fenics_nnm.study import Study
 
 

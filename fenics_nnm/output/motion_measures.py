@@ -8,8 +8,8 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.results.stored_branch import StoredBranch
 
 
 class Standing(NamedTuple):

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Protocol
 
-from fenics_nnm.analysis import Analysis
 from fenics_nnm.arrays import Array
-from fenics_nnm.blocks import Data
-from fenics_nnm.continuation.follow import Branch
+from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.fem.blocks import Data
 from fenics_nnm.output.matrix_report import MatrixReport
 from fenics_nnm.output.mesh_report import MeshReport
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.analysis import Analysis
 from fenics_nnm.study import Study
 
 

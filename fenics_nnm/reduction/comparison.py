@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.mechanics.model import ReducedModel
 
 #: Largest difference of two reduced models that are the same, relative to the largest entry.
 _SAME_MODEL = 1e-6

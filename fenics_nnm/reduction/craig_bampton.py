@@ -7,10 +7,10 @@ from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError, TooManyModesError
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.rest import towards_obstacle
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
-from fenics_nnm.reduction.rest import towards_obstacle
 from fenics_nnm.reduction.truncation import galerkin_truncation
 
 #: Basis vectors depend on each other if a direction has less than this part of their mass.

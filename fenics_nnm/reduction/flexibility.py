@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.reduction.model import Scales
+from fenics_nnm.mechanics.model import Scales
 
 #: Largest error of a parabola, relative to the static flexibility of the contact points.
 ACCURACY = 1e-11

@@ -7,10 +7,10 @@ from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import TooManyModesError
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.rest import towards_obstacle
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
-from fenics_nnm.reduction.rest import towards_obstacle
 from fenics_nnm.reduction.truncation import massless_truncation
 
 #: Least part of the static flexibility that R must keep for any motion of the contact points.

@@ -7,12 +7,12 @@ from typing import Literal
 
 import numpy as np
 
+from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_reduction
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_modes import MatrixSolver
-from fenics_nnm.reduction.model import ReducedModel
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 

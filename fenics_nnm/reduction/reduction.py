@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.truncation import MasslessTruncation, Truncation
 
 

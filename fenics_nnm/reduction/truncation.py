@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.reduction.model import Scales
+from fenics_nnm.mechanics.model import Scales
 from fenics_nnm.reduction.operators import Operators
 
 

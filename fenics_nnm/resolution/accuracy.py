@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.resonance import UNNAMED
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.resonance import UNNAMED
 from fenics_nnm.nonlinear.series_error import HOLDS
 
 #: Sources of error, in the order of the columns of `_sizes`.

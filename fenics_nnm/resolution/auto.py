@@ -14,17 +14,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import Analyse, Analysis, linear_analysis
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import TooManyModesError
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.nonlinear.series_error import MORE_HARMONICS
 from fenics_nnm.resolution.accuracy import SOURCES, Accuracy, accuracy
 from fenics_nnm.resolution.finer import MOST, Finer, least
 from fenics_nnm.resolution.probes import probed, probes
-from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.analysis import Analyse, Analysis, linear_analysis
 from fenics_nnm.study import Study
+from fenics_nnm.study.resolution import Resolution
 
 logger = logging.getLogger(__name__)
 

@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.analysis import linear_analysis
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.nonlinear.point import BranchPoint
 from fenics_nnm.resolution.accuracy import SOURCES
 from fenics_nnm.resolution.auto import Analysis, Choice
 from fenics_nnm.resolution.probes import probes, solved
-from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import Study
+from fenics_nnm.study.resolution import Resolution
 
 #: Each number is tried times these factors; the last one is the reference.
 _FACTORS = {

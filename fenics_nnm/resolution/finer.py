@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.resolution.accuracy import Accuracy
-from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.study import Study
+from fenics_nnm.study.resolution import Resolution
 
 #: Numbers to begin with, and the largest ones tried.
 _LEAST = Resolution(harmonics=5, samples=64, modes=10)

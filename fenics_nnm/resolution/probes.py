@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from fenics_nnm.analysis import harmonic_balance, wanted_motions
-from fenics_nnm.continuation.follow import EnergyContinuation, FrequencyContinuation, follow
-from fenics_nnm.continuation.levels import HarmonicBalance
-from fenics_nnm.continuation.outlook import outlook
+from fenics_nnm.backbone.follow import EnergyContinuation, FrequencyContinuation, follow
+from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.outlook import outlook
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.resonance import passing
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.nonlinear.resonance import passing
+from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.structure.analysis import harmonic_balance, wanted_motions
 from fenics_nnm.study import Study
 
 #: Number of energies. Their distance from grazing goes with the cube of their number, since the

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from fenics_nnm.fields.selection import DEFAULT_FIELDS, FieldName
 from fenics_nnm.study.record import FromList, Record
+from fenics_nnm.study.selection import DEFAULT_FIELDS, FieldName
 
 #: Fewer frames of a period would not show a motion.
 LEAST_FRAMES = 24

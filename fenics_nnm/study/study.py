@@ -9,7 +9,6 @@ from pydantic import model_validator
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
-from fenics_nnm.resolution.resolution import Resolution
 from fenics_nnm.study.attachments import MassSection, SpringSection
 from fenics_nnm.study.body import BodySection, ClampSection
 from fenics_nnm.study.contact import (
@@ -25,6 +24,7 @@ from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.mesh import CadFile, MeshFile
 from fenics_nnm.study.output import OutputSection
 from fenics_nnm.study.record import Record
+from fenics_nnm.study.resolution import Resolution
 from fenics_nnm.study.solution import (
     AugmentedLagrangianSection,
     ModeSection,

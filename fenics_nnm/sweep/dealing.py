@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from fenics_nnm.shared_analysis import structure_of
+from fenics_nnm.structure.shared_analysis import structure_of
 from fenics_nnm.sweep.plan import Case
 
 #: Keys of contact that modes and attachment solutions do not depend on.

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from fenics_nnm.errors import OutputError, StudyError
-from fenics_nnm.output import branch_file
-from fenics_nnm.output.staging import running_folders, stopped_runs
-from fenics_nnm.resume import difference, stored_run
+from fenics_nnm.results import branch_file
+from fenics_nnm.results.resume import difference, stored_run
+from fenics_nnm.results.staging import running_folders, stopped_runs
 from fenics_nnm.study.inputs import input_digests
 from fenics_nnm.sweep.plan import SAME_RATIO, Case
 

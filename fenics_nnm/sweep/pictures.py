@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fenics_nnm.backbone.verdict import FAILED, RESONANT
 from fenics_nnm.output.pictures.style import (
     BLUE,
     CURVES,
@@ -27,7 +28,6 @@ from fenics_nnm.output.pictures.style import (
 from fenics_nnm.sweep.outcome import Outcome
 from fenics_nnm.sweep.plan import Plan
 from fenics_nnm.sweep.variation import Variation, variations
-from fenics_nnm.time_domain.verdict import FAILED, RESONANT
 
 #: Formats of the pictures.
 FORMATS = ("png", "svg")

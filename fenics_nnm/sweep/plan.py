@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fenics_nnm.analysis import wanted_motions
-from fenics_nnm.continuation.follow import EnergyContinuation
+from fenics_nnm.backbone.follow import EnergyContinuation
 from fenics_nnm.errors import StudyError
+from fenics_nnm.structure.analysis import wanted_motions
 from fenics_nnm.study import Study
 from fenics_nnm.study.inputs import input_files
 from fenics_nnm.study.reading import read_values

@@ -6,11 +6,11 @@ import csv
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from fenics_nnm.output.durable import replacing
+from fenics_nnm.backbone.verdict import STATUSES
+from fenics_nnm.results.durable import replacing
 from fenics_nnm.study.toml_text import toml_value
 from fenics_nnm.sweep.outcome import Outcome
 from fenics_nnm.sweep.plan import Plan
-from fenics_nnm.time_domain.verdict import STATUSES
 
 #: Columns before and after the keys that are set.
 FIRST = ("study",)

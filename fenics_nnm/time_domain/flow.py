@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.contact_law import Complementarity
-from fenics_nnm.reduction.model import ReducedModel
-from fenics_nnm.reduction.rest import RestState
+from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.time_domain.linear_stage import LinearStage, StageMotion
 
 #: The points in contact after a change are those a moment later: this over the highest frequency.

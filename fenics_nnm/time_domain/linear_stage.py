@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.reduction.closed import ClosedPoints
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.mechanics.closed import ClosedPoints
+from fenics_nnm.mechanics.model import ReducedModel
 
 Complex = NDArray[np.complexfloating[Any, Any]]
 

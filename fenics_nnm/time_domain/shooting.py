@@ -25,8 +25,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.time_domain.family import Found, Steps, motion_of_energy, periodic_motion
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.period_map import PeriodMap, Target, period_map

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.html_report.elements import Column, Html, folded, table
 from fenics_nnm.output.html_report.figures import Gallery
 from fenics_nnm.output.html_report.page import Section
 from fenics_nnm.output.html_report.words import plain
 from fenics_nnm.output.pictures.results import Results
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import StoredBranch
 
 _MOTIONS = (
     Column("gamma ratio (1)"),

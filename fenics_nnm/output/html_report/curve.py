@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.html_report.elements import (
     Column,
     Html,

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 from fenics_nnm import __version__
+from fenics_nnm.backbone.verdict import VERIFIED
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.gallery import make_pictures
 from fenics_nnm.output.html_report import contact, curve, origin, trust
@@ -22,8 +23,7 @@ from fenics_nnm.output.html_report.words import (
     warnings,
 )
 from fenics_nnm.output.pictures.results import Results, read_results
-from fenics_nnm.output.tables import write_backbone
-from fenics_nnm.time_domain.verdict import VERIFIED
+from fenics_nnm.results.tables import write_backbone
 
 
 def write_report(folder: Path, file: Path) -> None:

@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.verdict import STATUSES, VERIFIED
 from fenics_nnm.output.html_report.elements import (
     Column,
     Html,
@@ -22,7 +23,6 @@ from fenics_nnm.output.html_report.figures import Gallery
 from fenics_nnm.output.html_report.page import Section
 from fenics_nnm.output.html_report.words import MEANINGS
 from fenics_nnm.output.pictures.results import Results
-from fenics_nnm.time_domain.verdict import STATUSES, VERIFIED
 
 _Measure = Callable[[BranchPoint], float]
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.time_domain.stability import STABLE
-from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
 
 _THEORIES = {
     "rod": "a rod (1-D)",

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fenics_nnm.backbone.verdict import VERIFIED_CHANGE, VERIFIED_RETURN_ERROR
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     CURVES,
@@ -16,7 +17,6 @@ from fenics_nnm.output.pictures.style import (
     new_axes,
     new_figure,
 )
-from fenics_nnm.time_domain.verdict import VERIFIED_CHANGE, VERIFIED_RETURN_ERROR
 
 #: Errors below this are round-off and are not drawn.
 _ROUND_OFF = 1e-15

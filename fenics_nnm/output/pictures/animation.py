@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize, to_rgb
 from PIL import Image as PillowImage
 
 from fenics_nnm.arrays import Array, Indices, in_space
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.pictures.body import OUTLINE, contact_balls, factor_for, size_of
 from fenics_nnm.output.pictures.panels import (
     Animation,
@@ -26,7 +26,7 @@ from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.scene import Camera, Faces, Layer, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import Skin, skin_of
 from fenics_nnm.output.pictures.style import RED, SIZE, label_bar, new_figure, unit_for
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import StoredBranch
 
 #: Frames of a period, and how long each is shown in ms.
 FRAMES, _SHOWN = 30, 70

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
@@ -28,7 +29,6 @@ from fenics_nnm.output.pictures.style import (
     new_figure,
 )
 from fenics_nnm.time_domain.bifurcations import KINDS, Place
-from fenics_nnm.time_domain.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
 
 
 class Mark(NamedTuple):

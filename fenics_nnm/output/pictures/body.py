@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.pictures.panels import (
     Plan,
     height_over_width,
@@ -34,8 +34,8 @@ from fenics_nnm.output.pictures.style import (
     new_figure,
     unit_for,
 )
-from fenics_nnm.output.stored_branch import StoredBranch
 from fenics_nnm.output.surface import face_normals
+from fenics_nnm.results.stored_branch import StoredBranch
 
 #: Colour of a body, and of its outline at rest.
 BODY, OUTLINE = "#d7dee6", "#707070"

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     AMOUNT,

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_nnm.arrays import Array, Indices, in_space
-from fenics_nnm.contact_patches import casing_surface
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.mesh import TaggedMesh
@@ -22,6 +21,7 @@ from fenics_nnm.output.pictures.renderer import Image, RenderError, render
 from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
 from fenics_nnm.output.pictures.style import BLACK, colours_of_parts, new_figure, unit_for
+from fenics_nnm.structure.contact_patches import casing_surface
 from fenics_nnm.study import MeshStudy, Study
 from fenics_nnm.study.casing import CasingSection
 

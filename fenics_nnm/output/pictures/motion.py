@@ -20,7 +20,7 @@ from fenics_nnm.output.pictures.style import (
     shades,
     unit_for,
 )
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import StoredBranch
 
 #: Phases of a period that a closed orbit is drawn through.
 _ORBIT = np.linspace(0, 2 * np.pi, 721)

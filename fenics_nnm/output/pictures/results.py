@@ -13,14 +13,14 @@ import h5py
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.forces import contact_force_rates, contact_forces
-from fenics_nnm.nonlinear.fourier import Series
-from fenics_nnm.nonlinear.point import BranchPoint
-from fenics_nnm.output import branch_file
-from fenics_nnm.output.branch_file import BranchHeader
-from fenics_nnm.output.stored_branch import StoredBranch, read_stored_branch
-from fenics_nnm.reduction.model import ReducedModel
+from fenics_nnm.results import branch_file
+from fenics_nnm.results.branch_file import BranchHeader
+from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
 
 #: Most energies that one picture shows.
 _MOST_CHOSEN = 3

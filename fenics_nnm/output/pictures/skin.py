@@ -8,8 +8,8 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.output.pictures.scene import PLANE, View
-from fenics_nnm.output.stored_branch import StoredBranch
 from fenics_nnm.output.surface import face_normals, feature_edges, surface_faces
+from fenics_nnm.results.stored_branch import StoredBranch
 
 #: VTK's line cells of order one, two and any.
 _LINES = (3, 21, 68)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.nonlinear.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     SIGNED,
@@ -20,7 +20,7 @@ from fenics_nnm.output.pictures.style import (
     new_figure,
     unit_for,
 )
-from fenics_nnm.output.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import StoredBranch
 
 #: Bodies longer than this many times their width are drawn over their length.
 _SLENDER = 2.5

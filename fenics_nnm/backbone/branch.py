@@ -1,0 +1,66 @@
+"""A branch: its points, and why it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.time_domain.bifurcations import Bifurcations
+
+
+@dataclass(frozen=True, slots=True)
+class Encounter:
+    """An internal resonance that a branch came to.
+
+    Attributes:
+        name: Mode and harmonic.
+        entered: Gamma ratios of the points inside it.
+        skipped: Gamma ratios of the points of the main branch that it hid at first.
+        frequency: Mean frequency of these points in Hz.
+    """
+
+    name: str
+    entered: tuple[float, ...]
+    skipped: tuple[float, ...]
+    frequency: float
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """A branch and the reason of its end.
+
+    Attributes:
+        points: Converged points in the order of the branch.
+        failures: Wanted gamma ratios, or frequency ratios, without a point, each with the reason.
+        reason: Why the branch ended.
+        bifurcations: Bifurcations of the exact motions near the points.
+    """
+
+    points: tuple[BranchPoint, ...]
+    failures: tuple[tuple[float, str], ...]
+    reason: str
+    bifurcations: Bifurcations = field(default_factory=Bifurcations)
+
+    @property
+    def complete(self) -> bool:
+        """Whether everything that was wanted has a point."""
+        return not self.failures
+
+    @property
+    def encounters(self) -> tuple[Encounter, ...]:
+        """Internal resonances that were entered or skipped, by their frequency."""
+        names = {name for p in self.points for name in (p.resonance, p.skipped) if name}
+        found = []
+        for name in names:
+            entered = [p for p in self.points if p.resonance == name]
+            skipped = [p for p in self.points if p.skipped == name and p.resonance != name]
+            both = [*entered, *skipped]
+            found.append(
+                Encounter(
+                    name=name,
+                    entered=tuple(p.gamma_ratio for p in entered),
+                    skipped=tuple(p.gamma_ratio for p in skipped),
+                    frequency=sum(p.frequency for p in both) / len(both),
+                )
+            )
+        return tuple(sorted(found, key=lambda encounter: encounter.frequency))

@@ -1,0 +1,105 @@
+"""The followed mode alone: a smooth branch, from which all finer levels start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fenics_nnm.backbone.levels import Guess, Level
+from fenics_nnm.backbone.memory import forget_oldest
+from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.nonlinear.newton import Newton, Solution
+
+#: gamma of a linear motion of unit amplitude about the state of rest: m^ = 1/2, so gamma = 1/4.
+GRAZING_GAMMA = 0.25
+
+#: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
+_STEP = 0.1
+
+#: Motions that are kept.
+_KEPT = 500
+
+#: Parts of the reference displacement by which touching points are opened on the way to none.
+_OPENED = (1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 0.05, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class CoarseBranch:
+    """Motions of the coarsest level, each reached in small steps from the nearest one known.
+
+    Attributes:
+        level: The coarsest level.
+        mode: Index of the followed mode.
+        newton: Newton's configuration.
+        smallest_share: A motion with a smaller share of its kinetic energy in the first harmonic
+            is not on the branch.
+    """
+
+    level: Level
+    mode: int
+    newton: Newton
+    smallest_share: float
+    _known: dict[float, Solution] = field(default_factory=dict)
+
+    def at(self, gamma_ratio: float) -> Solution | None:
+        """The motion at a gamma ratio, without the slopes of its forces; None if not reached."""
+        if not self._known:
+            linear = self.level.equations.rest.is_linear(self._column)
+            first = self._linear_start(self.level, 0.5) if linear else self._touching_start()
+            if not first.converged:
+                return None
+            self._known[0.5 if linear else 1.0] = first.thinned()
+        at = min(self._known, key=lambda known: abs(known - gamma_ratio))
+        while at != gamma_ratio:
+            longest = _STEP * max(1.0, at)
+            step = np.clip(gamma_ratio - at, -longest, longest)
+            following = gamma_ratio if abs(gamma_ratio - at) <= longest else float(at + step)
+            solution = self._solved(self.level.scaled(self._known[at], following / at), following)
+            if solution is None:
+                return None
+            self._known[following] = solution.thinned()
+            forget_oldest(self._known, _KEPT)
+            at = following
+        return self._known[at]
+
+    @property
+    def _column(self) -> int:
+        return int(np.searchsorted(self.level.modes, self.mode))
+
+    def _solved(self, guess: Guess, gamma_ratio: float) -> Solution | None:
+        try:
+            found = self.level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+        except np.linalg.LinAlgError:
+            return None
+        followed = found.converged and self.level.share(found.q, self.mode) >= self.smallest_share
+        return found if followed else None
+
+    def _linear_start(self, level: Level, gamma_ratio: float) -> Solution:
+        rest = level.equations.rest
+        q = np.zeros(level.equations.shape)
+        q[0] = rest.q
+        q[1] = np.sqrt(gamma_ratio) * rest.shapes[:, self._column]
+        force = np.tile(rest.force, (len(level.equations.series.phase), 1))
+        guess = Guess(q, float(rest.omega[self._column]), force)
+        return level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+
+    def _touching_start(self) -> Solution:
+        """The motion at gamma ratio 1 where points touch at rest.
+
+        They are opened so far that they do not touch, and brought back step by step.
+        """
+        found = self._linear_start(_opened(self.level, 1.5), 1.0)
+        for part in _OPENED:
+            guess = Guess(found.q, found.omega, found.forces.force)
+            found = _opened(self.level, part).solve(GRAZING_GAMMA, guess, self.newton)
+        return found
+
+
+def _opened(level: Level, part: float) -> Level:
+    """A level whose touching points are opened by a part of the reference displacement."""
+    equations = level.equations
+    rest, model = equations.rest, equations.model
+    gap = np.where(rest.touching, model.gap + part * rest.scale, model.gap)
+    opened = replace(equations, model=replace(model, gap=gap), law=Complementarity(model.R, gap))
+    return replace(level, equations=opened)

@@ -1,0 +1,84 @@
+"""What lies ahead of a branch: the followed mode alone, and the modes that it meets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.backbone.cascade import Lift
+from fenics_nnm.backbone.levels import HarmonicBalance, levels
+from fenics_nnm.backbone.resonance import Meeting, meetings
+from fenics_nnm.backbone.targets import Continuation, FrequencyContinuation
+from fenics_nnm.mechanics.model import ReducedModel
+
+#: Energies of the outlook lie apart by this factor; one in frequency ends at the last ratio.
+_FACTOR = 1.05
+_LARGEST_RATIO = 1e4
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """The branch of the followed mode alone, two harmonics, the other modes static.
+
+    Attributes:
+        gamma_ratio: Energies from grazing on, ascending, shape (p,).
+        frequency_ratio: Frequencies over that of the linear mode, shape (p,), 1 at first where it
+            begins with a linear motion.
+        meetings: Internal resonances on the way, by frequency.
+    """
+
+    gamma_ratio: Array
+    frequency_ratio: Array
+    meetings: tuple[Meeting, ...]
+
+
+def outlook(
+    model: ReducedModel,
+    continuation: Continuation,
+    balance: HarmonicBalance,
+    *,
+    mode: int,
+) -> Outlook:
+    """Look ahead at a branch before it is followed.
+
+    Args:
+        model: Reduced model in SI units.
+        continuation: Which motions are wanted.
+        balance: Series in time, and how contact is found.
+        mode: Index of the linear mode that the branch starts at, from 0.
+
+    Raises:
+        ModelError: if the mode never touches.
+    """
+    scaled, _ = model.dimensionless(mode)
+    lift = Lift(levels(scaled, balance, mode=mode), mode, continuation.newton)
+    by_energy = not isinstance(continuation, FrequencyContinuation)
+    last = continuation.stop if by_energy else _LARGEST_RATIO
+    rest = scaled.at_rest()
+    first = lift.coarse(1.0)
+    ratios = [1.0]
+    frequencies = [1.0 if rest.is_linear(mode) or first is None else first.omega]
+    side = -1.0 if not by_energy and continuation.start < 1 else 1.0
+    farthest = continuation.start if side < 0 else continuation.stop
+    while ratios[-1] < last and (by_energy or side * (frequencies[-1] - farthest) < 0):
+        following = min(_FACTOR * ratios[-1], last)
+        solution = lift.coarse(following)
+        if solution is None:
+            break
+        ratios.append(following)
+        only_rises = not rest.closed.any()
+        frequencies.append(max(solution.omega, frequencies[-1]) if only_rises else solution.omega)
+    gamma_ratio, frequency_ratio = np.array(ratios), np.array(frequencies)
+    return Outlook(
+        gamma_ratio,
+        frequency_ratio,
+        meetings(
+            rest.omega,
+            mode=mode,
+            harmonics=balance.harmonics,
+            gamma_ratio=gamma_ratio,
+            frequency_ratio=frequency_ratio,
+        ),
+    )

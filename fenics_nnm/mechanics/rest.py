@@ -1,0 +1,211 @@
+r"""The state of rest of a structure, and its linear motions about it.
+
+At rest the forces of the contact points obey the linear complementarity problem
+
+    0 <= lambda  _|_  S lambda + gap >= 0,      S = R + Phi diag(1/omega^2) Phi^T,
+
+with S the static flexibility. Points are *closed* (force without clearance: interference), *open*
+(clearance without force), or *touching* (neither: no gap, and nothing that presses). Where all gaps
+are positive all points are open and nothing is displaced.
+
+As long as no closed point lifts off and no open point closes, the motion about the state of rest is
+linear, q = q_s + a x cos(nu t), with the closed points held at their gaps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.closed import ClosedPoints
+from fenics_nnm.mechanics.contact_law import Complementarity
+
+if TYPE_CHECKING:
+    from fenics_nnm.mechanics.model import ReducedModel
+
+#: Clearance, or deflection under a force, below this part of the largest gap is none.
+_ROUND_OFF = 1e-9
+
+#: A mode whose contact points move less than this part of the largest motion holds them still.
+_STILL = 1e-10
+
+
+@dataclass(frozen=True, slots=True)
+class RestState:
+    """State of rest and linear modes about it.
+
+    Attributes:
+        q: Modal coordinates at rest, shape (J,).
+        force: Contact forces at rest, shape (n_c,).
+        clearance: Distances of the contact points from their obstacles at rest, shape (n_c,).
+        closed: Points with force, shape (n_c,).
+        touching: Points with neither force nor clearance, shape (n_c,).
+        omega: Circular frequencies with the closed points held, ascending, shape (J,).
+        shapes: Modes with these frequencies as orthonormal columns, shape (J, J).
+        margin: Margins at rest as in `reduction.closed`, zero for touching points, shape (n_c,).
+        gradient: Margins per unit of each mode, shape (n_c, J).
+        pull: Change of the contact forces per unit of each mode, shape (n_c, J).
+        motion: Free displacement Phi of the contact points per unit of each mode, shape (n_c, J).
+        reference: What stands for the margin of touching points, if it is given.
+    """
+
+    q: Array
+    force: Array
+    clearance: Array
+    closed: NDArray[np.bool_]
+    touching: NDArray[np.bool_]
+    omega: Array
+    shapes: Array
+    margin: Array
+    gradient: Array
+    pull: Array
+    motion: Array
+    reference: float | None
+
+    @property
+    def scale(self) -> float:
+        """The reference, or 0 where there is none."""
+        return self.reference or 0.0
+
+    @property
+    def pressed(self) -> bool:
+        """Whether not all points are open."""
+        return bool((self.closed | self.touching).any())
+
+    @property
+    def homogeneous(self) -> bool:
+        """Whether all points touch: a motion scaled by any factor is a motion then."""
+        return bool(self.touching.all())
+
+    def is_linear(self, mode: int) -> bool:
+        """Whether small motions of a mode are linear: it moves no touching point."""
+        return not np.any(self._moved(mode) & self.touching)
+
+    def amplitude(self, mode: int) -> float:
+        """Amplitude at which a linear mode comes to its first event: a point closes or lifts off.
+
+        Where touching points move there is no linear range; then it is the amplitude at which the
+        first of them, taken as open, moves by the reference displacement.
+
+        Raises:
+            ModelError: if the mode moves no contact point, or the reference is missing.
+        """
+        if np.abs(self.motion[:, mode]).max() <= _STILL * np.abs(self.motion).max():
+            raise ModelError(
+                f"mode {mode + 1} does not move any contact point in the contact direction: "
+                "it never touches the obstacle; choose another mode.number or contact.direction"
+            )
+        margin, moved = self.margin, np.abs(self.gradient[:, mode])
+        if not self.is_linear(mode):
+            if self.reference is None:
+                raise ModelError(
+                    "contact.reference_displacement: is missing: contact points touch without "
+                    "force at rest, so there is no linear motion to scale energies by: must be the "
+                    "displacement in m of these points at gamma ratio 1"
+                )
+            chosen = self._moved(mode) & self.touching
+            margin, moved = np.full(np.count_nonzero(chosen), self.reference), moved[chosen]
+        with np.errstate(divide="ignore", over="ignore"):
+            return float(np.min(margin / moved))
+
+    def at_one(self, mode: int) -> str:
+        """What happens at gamma ratio 1."""
+        if not self.is_linear(mode):
+            return "reference displacement"
+        return "lift-off" if self.closed[self.first(mode)] else "first contact"
+
+    def first(self, mode: int) -> int:
+        """The contact point of the first event, or the first touching point to move that far."""
+        margin = np.where(self.touching, self.scale, self.margin)
+        if not self.is_linear(mode):
+            margin = np.where(self.touching, margin, np.inf)
+        return int(np.argmin(margin / np.maximum(np.abs(self.gradient[:, mode]), 1e-300)))
+
+    def _moved(self, mode: int) -> NDArray[np.bool_]:
+        return np.asarray(np.abs(self.gradient[:, mode]) > _STILL * np.abs(self.gradient).max())
+
+
+def rest_state(model: ReducedModel) -> RestState:
+    """The state of rest of a model.
+
+    Raises:
+        ModelError: if a gap is not positive where contact points carry mass: their motion after
+            lift-off would need an impact law.
+    """
+    points, modes = model.points, model.modes
+    nothing, none = np.zeros(points), np.zeros(points, dtype=bool)
+    if model.gap.min() > 0:
+        return RestState(
+            q=np.zeros(modes),
+            force=nothing,
+            clearance=model.gap,
+            closed=none,
+            touching=none,
+            omega=model.omega,
+            shapes=np.eye(modes),
+            margin=model.gap,
+            gradient=-model.Phi,
+            pull=np.zeros((points, modes)),
+            motion=model.Phi,
+            reference=model.reference,
+        )
+    if not model.massless:
+        raise ModelError(
+            f"contact.gap = {model.gap.min():g}: must be positive where contact points carry mass; "
+            'gaps of any sign need reduction.method = "massless"'
+        )
+    return _pressed(model)
+
+
+def _pressed(model: ReducedModel) -> RestState:
+    """The state of rest where some gaps are not positive."""
+    flexible = model.Phi / model.omega
+    S = model.R + flexible @ flexible.T
+    force = Complementarity(S, model.gap)(np.zeros((1, model.points))).force[0]
+    clearance = S @ force + model.gap
+    nothing = _ROUND_OFF * np.abs(model.gap).max()
+    closed = force * np.diagonal(S) > nothing
+    touching = ~closed & (clearance <= nothing)
+    force, clearance = np.where(closed, force, 0.0), np.where(closed | touching, 0.0, clearance)
+    omega, shapes, gradient = model.omega, np.eye(model.modes), -model.Phi
+    margin, pull = clearance, np.zeros((model.points, model.modes))
+    if closed.any():
+        held = ClosedPoints.of(model, closed)
+        squares, shapes = eigh(held.stiffness)
+        signs = towards_obstacle(model.Phi @ shapes)
+        omega, shapes = np.sqrt(squares), shapes * signs
+        inverse = np.linalg.inv(model.R[np.ix_(closed, closed)])
+        margin = clearance.copy()
+        margin[closed] = force[closed] / np.diagonal(inverse)
+        gradient = held.gradient @ shapes
+        pull[closed] = inverse @ model.Phi[closed] @ shapes
+    return RestState(
+        q=-(force @ model.Phi) / model.omega**2,
+        force=force,
+        clearance=clearance,
+        closed=closed,
+        touching=touching,
+        omega=omega,
+        shapes=shapes,
+        margin=margin,
+        gradient=gradient,
+        pull=pull,
+        motion=model.Phi @ shapes,
+        reference=model.reference,
+    )
+
+
+def towards_obstacle(Phi: Array) -> Array:
+    """Signs that make the contact point that moves most move towards its obstacle, shape (J,).
+
+    Args:
+        Phi: Displacement of the contact points per modal coordinate, shape (n_c, J).
+    """
+    largest = Phi[np.argmax(np.abs(Phi), axis=0), np.arange(Phi.shape[1])]
+    return np.where(largest < 0, -1.0, 1.0)

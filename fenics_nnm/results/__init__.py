@@ -1,0 +1,1 @@
+"""The files of a run: written durably, read back, taken up again."""

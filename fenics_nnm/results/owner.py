@@ -1,0 +1,172 @@
+"""Which process a folder belongs to, and whether that process still lives.
+
+The process keeps a lock on the file `owner.json`, which the system takes away when it ends, however
+it ends. The file names host and process too, for file systems without locks.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import json
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from enum import Enum
+from pathlib import Path
+
+from fenics_nnm.results.durable import PART
+
+NAME = "owner.json"
+
+
+class Standing(Enum):
+    """What is known about the process that a folder belongs to."""
+
+    LIVING = "living"
+    GONE = "gone"
+    #: No lock is held, but the process was on another machine, where it cannot be looked for.
+    ELSEWHERE = "elsewhere"
+
+
+@dataclass(frozen=True, slots=True)
+class Owner:
+    """A process, so that no other one is taken for it.
+
+    Attributes:
+        host: Name of its machine.
+        boot: What the system calls itself since it was started.
+        namespace: Set of processes in which its number counts; containers have their own.
+        process: Its number.
+        started: When it was started, in clock ticks of the system.
+    """
+
+    host: str
+    boot: str
+    namespace: str
+    process: int
+    started: int
+
+    def __str__(self) -> str:
+        return f"process {self.process} on {self.host}"
+
+
+def take(folder: Path) -> int:
+    """Make this process the owner of a folder.
+
+    Returns:
+        Descriptor of the file; the folder is given up when it is closed.
+
+    Raises:
+        OSError: if the file cannot be written.
+    """
+    part = folder / (NAME + PART)
+    descriptor = os.open(part, os.O_CREAT | os.O_RDWR | os.O_TRUNC | os.O_CLOEXEC, 0o666)
+    try:
+        _lock(descriptor, fcntl.LOCK_EX)
+        os.write(descriptor, json.dumps(asdict(_this_process())).encode())
+        os.fsync(descriptor)
+        part.rename(folder / NAME)  # nobody sees it without its lock
+    except BaseException:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def retake(folder: Path) -> int | None:
+    """Hold the folder of a process that is gone, so that nobody else does.
+
+    Returns:
+        Descriptor to be closed, or none if somebody else holds the folder or it has no owner.
+    """
+    try:
+        descriptor = os.open(folder / NAME, os.O_RDWR | os.O_CLOEXEC)
+    except OSError:
+        return None
+    if _lock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB) is False:
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[bool]:
+    """Keep other runs from beginning, or moving results, in a folder until the context ends.
+
+    Yields:
+        Whether they are kept from it: not where there are no locks.
+    """
+    descriptor = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        yield _lock(descriptor, fcntl.LOCK_EX) is True
+    finally:
+        os.close(descriptor)
+
+
+def owner(folder: Path) -> Owner | None:
+    """The owner of a folder, none if it was given up or cannot be read."""
+    try:
+        return Owner(**json.loads((folder / NAME).read_bytes()))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def standing(folder: Path) -> Standing:
+    """What is known about the owner of a folder; one that was given up has none any more."""
+    try:
+        descriptor = os.open(folder / NAME, os.O_RDONLY | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return Standing.GONE
+    except OSError:
+        return Standing.ELSEWHERE
+    try:
+        free = _lock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    finally:
+        os.close(descriptor)
+    return Standing.LIVING if free is False else _by_process(owner(folder), locks=free is True)
+
+
+def _by_process(known: Owner | None, *, locks: bool) -> Standing:
+    """Look for a process that holds no lock, or cannot hold one."""
+    here = _this_process()
+    if known is None:
+        return Standing.ELSEWHERE
+    if known.boot != here.boot:
+        return Standing.GONE if known.host == here.host else Standing.ELSEWHERE
+    if known.namespace == here.namespace:
+        runs = _started(known.process) == known.started
+        return Standing.LIVING if runs else Standing.GONE
+    return Standing.GONE if locks else Standing.ELSEWHERE
+
+
+def _lock(descriptor: int, kind: int) -> bool | None:
+    """Whether a lock was got; none where there are no locks."""
+    try:
+        fcntl.flock(descriptor, kind)
+    except OSError as error:
+        return False if error.errno in (errno.EWOULDBLOCK, errno.EACCES) else None
+    return True
+
+
+def _this_process() -> Owner:
+    number = os.getpid()
+    return Owner(
+        host=socket.gethostname(),
+        boot=Path("/proc/sys/kernel/random/boot_id").read_text().strip(),
+        namespace=str(Path("/proc/self/ns/pid").readlink()),
+        process=number,
+        started=_started(number) or 0,
+    )
+
+
+def _started(process: int) -> int | None:
+    """When a process was started, none if it does not run any more; proc(5)."""
+    try:
+        text = Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return None
+    values = text.rpartition(")")[2].split()
+    state, started = values[0], values[19]
+    return None if state in "ZX" else int(started)

@@ -1,0 +1,1 @@
+"""From a study to all that is linear of its structure."""

@@ -1,0 +1,174 @@
+"""The verdict of a point: wrong motions are never verified."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.periodicity import returned
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.verdict import WITH_MASS, judged
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.shooting import shoot
+from fenics_nnm.time_domain.stability import stability
+
+MODEL = ReducedModel(
+    omega=[1.0, 2.62, 6.31],
+    Phi=[[1.0, -0.6, 0.5], [0.7, 0.4, -0.8]],
+    R=[[0.06, 0.02], [0.02, 0.05]],
+    gap=[1.0, 0.9],
+)
+BALANCE = HarmonicBalance(20, 512)
+
+
+@cache
+def branch(*, shooting: bool = True) -> tuple[BranchPoint, ...]:
+    energies = EnergyContinuation(0.8, 2.0, 0.2)
+    return follow(MODEL, energies, BALANCE, mode=0, shooting=shooting).points
+
+
+def verdict(
+    point: BranchPoint, *, shooting: bool = True, model: ReducedModel = MODEL
+) -> BranchPoint:
+    (found,) = judged(model, BALANCE.series, [point], mode=0, shooting=shooting).points
+    return found
+
+
+def test_points_keep_their_multipliers() -> None:
+    """Without contact those of the linear modes; beyond it those of the period map."""
+    first, *_, last = branch()
+    turns = np.exp(1j * np.outer([1, -1], MODEL.omega[1:] / first.frequency)).ravel()
+    assert np.abs(np.subtract.outer(first.multipliers, turns)).min(axis=0).max() < 1e-12
+    assert first.multipliers.shape == last.multipliers.shape == (4,)
+    assert np.prod(last.multipliers) == pytest.approx(1, abs=1e-9)
+    assert np.abs(last.multipliers).max() == pytest.approx(last.largest_multiplier, abs=1e-12)
+    flow = Flow(MODEL)
+    found = stability(flow, shoot(flow, BALANCE.series, last), reversible=True)
+    np.testing.assert_allclose(last.multipliers, found.multipliers, atol=1e-9)
+    assert branch(shooting=False)[-1].multipliers.size == 0
+
+
+@pytest.mark.parametrize("shooting", [True, False])
+def test_good_points_are_verified(shooting: bool) -> None:
+    points = branch(shooting=shooting)
+    for point in (*points[:2], *points[3:]):
+        assert (point.status, point.reason) == ("verified", "")
+    assert points[2].reason == "mode 3 in harmonic 6 draws energy from the motion"
+    assert points[2].status == "inside resonance"
+    exact = [point.shot_frequency / point.frequency - 1 for point in branch()]
+    assert np.abs(exact).max() < 1e-5  # so what is verified without shooting is right
+    assert np.isnan(branch(shooting=False)[-1].shot_frequency)
+
+
+@pytest.mark.parametrize("shooting", [True, False])
+@pytest.mark.parametrize("change", [2e-3, -2e-3, 5e-3, 1.2e-2, -1.2e-2])
+def test_a_wrong_frequency_is_not_verified(change: float, shooting: bool) -> None:
+    point = branch()[-1]
+    found = verdict(replace(point, frequency=point.frequency * (1 + change)), shooting=shooting)
+    assert found.status == ("failed" if shooting and abs(change) > 1e-2 else "converged")
+    if shooting and abs(change) != 5e-3:  # that far off, a return error of 8 % says it first
+        assert "the exact motion of its energy is" in found.reason
+    if not shooting:
+        assert "after ten periods the motion misses its start" in found.reason
+
+
+@pytest.mark.parametrize("shooting", [True, False])
+def test_a_wrong_state_is_not_verified(shooting: bool) -> None:
+    point = branch()[-1]
+    scaled = verdict(replace(point, q=1.01 * point.q), shooting=shooting)
+    assert scaled.status == "converged"
+    assert "the energy of its initial state is +4." in scaled.reason or not shooting
+    for size, expected in ((0.01, "converged"), (0.03, "converged"), (0.1, "failed")):
+        q = point.q.copy()
+        q[3, 1] += size * np.abs(point.q).max()
+        assert verdict(replace(point, q=q), shooting=shooting).status == expected
+
+
+def test_equations_and_reduction_count() -> None:
+    point = branch()[-1]
+    assert verdict(replace(point, virial_error=1e-4)).status == "failed"
+    assert verdict(replace(point, complementarity=1e-4)).status == "failed"
+    coarse = verdict(replace(point, reduction_error=-2e-3))
+    assert coarse.status == "converged"
+    assert coarse.reason == "the reduction is expected to put its frequency off by -0.20%"
+    assert verdict(replace(point, reduction_error=5e-4)).status == "verified"
+
+
+def test_integration_that_gives_up_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    flow = Flow(MODEL, most_changes=1)
+    monkeypatch.setattr("fenics_nnm.backbone.verdict.Flow", lambda model: flow)
+    found = verdict(branch()[-1])
+    assert found.status == "failed"
+    assert found.reason.startswith("integration in time gave up: more than 1 changes of contact")
+    assert np.isnan(found.return_error)
+
+
+def test_contact_points_with_mass_are_converged_and_linear_motions_verified() -> None:
+    massive = replace(MODEL, R=np.zeros((2, 2)))
+    found = verdict(branch()[-1], model=massive)
+    assert (found.status, found.reason) == ("converged", WITH_MASS)
+    linear = verdict(branch()[0], model=massive)
+    assert (linear.status, linear.largest_multiplier) == ("verified", 1)
+    below = verdict(replace(branch()[-1], gamma_ratio=0.9), model=massive)
+    assert below.status == "converged"  # not linear: its frequency is another one
+
+
+def test_return_after_ten_periods_is_a_product_of_ten_maps() -> None:
+    flow, point = Flow(MODEL), branch()[-1]
+    found = returned(flow, BALANCE.series, point)
+    q = point.q.sum(axis=0)
+    after = flow.run(q, np.zeros(3), 10 / point.frequency)
+    missed = np.hypot(MODEL.omega * (after.q - q), after.velocity)
+    whole = float(np.linalg.norm(missed) / np.sqrt(2 * point.energy))
+    assert found.after_ten == pytest.approx(whole, rel=1e-6)
+    assert found.after_one == pytest.approx(point.return_error, rel=1e-9)
+    assert found.energy_drift < 1e-12
+    shifted = returned(flow, BALANCE.series, replace(point, frequency=point.frequency * 1.002))
+    # the phase is late by 20 pi 0.002; the rate of the first mode alone is the least of it
+    assert shifted.after_ten > 0.8 * 20 * np.pi * 0.002 * MODEL.omega[0]
+
+
+def test_shot_motion_of_a_point() -> None:
+    point = branch()[-1]
+    shot = shoot(Flow(MODEL), BALANCE.series, point)
+    assert point.shot_return_error < 1e-11
+    assert point.shot_distance == pytest.approx(shot.distance, rel=1e-6)
+
+
+def test_energy_varies_less_the_more_harmonics_there_are() -> None:
+    variations = []
+    for harmonics in (5, 10, 20):
+        balance = HarmonicBalance(harmonics, 512)
+        point = follow(MODEL, EnergyContinuation(0.8, 2.0, 0.2), balance, mode=0).points[-1]
+        flow, series = Flow(MODEL), balance.series
+        q = series.synthesis @ point.q
+        rate = 2 * np.pi * point.frequency * series.rate_at(series.phase) @ point.q
+        energies = [flow.energy(*state) for state in zip(q, rate, strict=True)]
+        assert series.weight @ energies == pytest.approx(point.energy, rel=1e-9)
+        expected = np.ptp(energies) / point.energy
+        assert point.energy_variation == pytest.approx(expected, rel=1e-6)
+        variations.append(expected)
+    assert variations[2] < variations[1] / 3 < variations[0] / 9
+    assert branch()[0].energy_variation < 1e-12
+
+
+def test_tension_is_the_force_across_an_open_gap() -> None:
+    """One point against its definition, at times between the samples; it falls with them."""
+    model = ReducedModel([1.0, 3.3], [[1.0, 0.8]], [[0.05]], [1.0])
+    tensions = []
+    for samples in (32, 512):
+        balance = HarmonicBalance(6, samples)
+        point = follow(model, EnergyContinuation(0.9, 1.8, 0.1), balance, mode=0).points[-1]
+        phase = 2 * np.pi * np.arange(8 * samples) / (8 * samples)
+        half = np.minimum(phase, 2 * np.pi - phase)
+        force = np.interp(half, balance.series.phase, point.force[:, 0])
+        w = np.cos(np.outer(phase, np.arange(7))) @ point.q @ model.Phi[0] - 0.05 * force
+        flexibility = 1.0 + 0.64 / 3.3**2 + 0.05
+        expected = np.max(np.minimum(1 - w, flexibility * force))
+        assert point.tension == pytest.approx(expected, rel=1e-6)
+        tensions.append(expected)
+    assert tensions[1] < tensions[0] / 2

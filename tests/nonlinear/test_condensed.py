@@ -1,0 +1,137 @@
+"""Condensed linear systems of Newton's iteration against the full ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
+from fenics_nnm.nonlinear import newton
+from fenics_nnm.nonlinear.condensed import Border, condensed_solution, pays
+from fenics_nnm.nonlinear.equations import HarmonicEquations
+from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Unknowns
+
+MODES, POINTS = 12, 6
+
+
+def blade(seed: int) -> ReducedModel:
+    """Modes of which the third has five times the frequency of the first, to the last digit."""
+    rng = np.random.default_rng(seed)
+    factor = rng.normal(size=(POINTS, POINTS))
+    omega = np.sort(rng.uniform(2, 30, MODES))
+    omega[:3] = 1.0, 2.7, 5.0
+    return ReducedModel(
+        omega=np.sort(omega),
+        Phi=np.hstack([np.ones((POINTS, 1)), 0.5 * rng.normal(size=(POINTS, MODES - 1))]),
+        R=1e-2 * (factor @ factor.T + np.eye(POINTS)),
+        gap=rng.uniform(0.8, 1.2, POINTS),
+    )
+
+
+def equations_of(series: Series, seed: int, *, spring: bool = False) -> HarmonicEquations:
+    model = blade(seed)
+    if not spring:
+        return HarmonicEquations(model, series, Complementarity(model.R, model.gap))
+    shape = (len(series.phase), POINTS)
+    kappa = np.random.default_rng(seed).uniform(20.0, 60.0, shape)
+    return HarmonicEquations(model, series, AugmentedLagrangian(model.gap, kappa, 0.01 / kappa))
+
+
+def motion_of(equations: HarmonicEquations, seed: int, amplitude: float) -> Array:
+    rng = np.random.default_rng(100 + seed)
+    q = 0.02 * rng.normal(size=equations.shape)
+    q[1, 0] = amplitude
+    return q
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.07])
+@pytest.mark.parametrize("spring", [False, True])
+@pytest.mark.parametrize("omega", [1.0, 1.0 + 1e-9, 1.13])
+@pytest.mark.parametrize("seed", range(3))
+def test_condensed_solution_is_that_of_the_full_jacobian(
+    seed: int, omega: float, spring: bool, drift: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    of_cosines = [] if drift else [CosineSeries(7, 33), CosineSeries(9, 64)]
+    for series in (*of_cosines, FourierSeries(7, 33), FourierSeries(6, 40)):
+        equations = equations_of(series, seed, spring=spring)
+        forces = equations.forces(motion_of(equations, seed, 1.4), omega)
+        assert 10 < np.count_nonzero(forces.used)
+        more = 2 if series.free_phase else 1
+        border = Border(
+            columns=rng.normal(size=(more, *equations.shape)),
+            rows=rng.normal(size=(more, *equations.shape)),
+            corner=rng.normal(size=(more, more)),
+            right=rng.normal(size=equations.shape),
+            below=rng.normal(size=more),
+        )
+        full = np.block(
+            [
+                [equations.jacobian(omega, forces, drift), border.columns.reshape(more, -1).T],
+                [border.rows.reshape(more, -1), border.corner],
+            ]
+        )
+        right = np.concatenate([border.right.ravel(), border.below])
+        expected = np.linalg.solve(full, right)
+        found = condensed_solution(equations, omega, forces, border, drift)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("series", [CosineSeries(10, 64), FourierSeries(6, 40)])
+def test_newton_takes_the_same_way_with_and_without_condensation(
+    series: Series, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    equations = equations_of(series, 1)
+    q = motion_of(equations, 1, 1.1)
+    target = FixedEnergy(0.3)
+    assert pays(equations, equations.forces(q, 1.02))
+    short = newton.solve(equations, target, q, 1.02)
+    monkeypatch.setattr(newton, "pays", lambda *ignored: False)
+    long = newton.solve(equations, target, q, 1.02)
+    assert short.converged and long.converged and short.iterations == long.iterations > 2
+    assert short.omega == pytest.approx(long.omega, rel=1e-12)
+    np.testing.assert_allclose(short.q, long.q, atol=1e-10)
+
+
+def test_a_step_that_no_contact_determines_is_refused() -> None:
+    """At rest on a linear mode, harmonic 5 of mode 3 is free too: the Jacobian is singular."""
+    equations = equations_of(CosineSeries(7, 33), 0)
+    q = np.zeros(equations.shape)
+    q[1, 0] = 0.1
+    found = newton.bordered_solution(
+        equations,
+        FixedEnergy(equations.gamma(q, 1.0)),
+        Unknowns(q, 1.0),
+        equations.forces(q, 1.0),
+        np.empty(0),
+        np.ones_like(q),
+        0.0,
+    )
+    assert found is None
+
+
+def test_forces_found_from_those_nearby_are_the_same() -> None:
+    model, rng = blade(2), np.random.default_rng(7)
+    law = Complementarity(model.R, model.gap)
+    displacement = 1.5 * rng.normal(size=(50, POINTS))
+    near = law(displacement + 0.3 * rng.normal(size=displacement.shape))
+    alone, helped = law(displacement), law(displacement, near)
+    assert np.any((near.force > 0) != (alone.force > 0))
+    np.testing.assert_allclose(helped.force, alone.force, atol=1e-12 * alone.force.max())
+    np.testing.assert_array_equal(helped.samples, alone.samples)
+    np.testing.assert_allclose(helped.slope, alone.slope, rtol=1e-9, atol=1e-9)
+
+
+def test_iterations_that_do_not_converge_tell_so_when_condensed() -> None:
+    equations = equations_of(CosineSeries(10, 64), 1)
+    q = motion_of(equations, 1, 1.1)
+    found = newton.solve(equations, FixedEnergy(0.3), q, 1.02, options=Newton(iterations=1))
+    assert not found.converged
+    assert "1 Newton step" in found.failure
+    assert replace(found, failure="").converged

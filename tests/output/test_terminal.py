@@ -1,0 +1,147 @@
+"""What the terminal shows: the table of a run, the lines of --verbose, warnings."""
+
+from __future__ import annotations
+
+import io
+import logging
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import PLATE, Ended
+from rich.console import Console
+from test_mpi import on_ranks, own_lines
+
+import fenics_nnm.run
+from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.verdict import CONVERGED, FAILED, STATUSES, WITH_MASS
+from fenics_nnm.commands.run import result_table
+from fenics_nnm.run import RunResult
+from fenics_nnm.study import read_study
+
+StudyFile = Callable[..., Path]
+Command = Callable[..., Ended]
+
+POINT = BranchPoint(
+    position=1.0625,
+    gamma_ratio=1.0625,
+    frequency=123456.789,
+    frequency_ratio=1.123456,
+    rayleigh_frequency=1.0,
+    energy=1.0,
+    residual=0.0,
+    penetration=0.0,
+    tension=0.0,
+    complementarity=0.0,
+    reduction_residual=0.0,
+    reduction_error=0.0,
+    virial_error=0.0,
+    energy_variation=0.0,
+    contact_fraction=0.0,
+    iterations=3,
+    status=FAILED,
+    reason="after one period the motion misses its start by 50%",
+    resonance="",
+    skipped="",
+    event="",
+    slope_ratio=0.5,
+    return_error=0.5,
+    return_error_10=1.0,
+    energy_drift=0.0,
+    shot_frequency=float("nan"),
+    shot_distance=float("nan"),
+    shot_return_error=float("nan"),
+    largest_multiplier=float("nan"),
+    stability="",
+    harmonics_error=0.0,
+    samples_error=0.0,
+    error_remainder=0.0,
+    q=np.zeros((2, 1)),
+    force=np.zeros((3, 1)),
+    free=np.zeros((2, 1)),
+    multipliers=np.empty(0, dtype=complex),
+)
+
+
+def branch_of(*points: BranchPoint) -> Branch:
+    return Branch(points, (), "reached gamma ratio 3")
+
+
+def test_table_fits_on_a_narrow_terminal(study_file: StudyFile, tmp_path: Path) -> None:
+    points = [replace(POINT, status=status) for status in STATUSES]
+    result = RunResult(tmp_path, branch_of(*points), {})
+    text = io.StringIO()
+    Console(file=text, width=60).print(result_table(result, read_study(study_file())))
+    lines = text.getvalue().splitlines()
+    assert max(map(len, lines)) <= 60
+    assert "…" not in text.getvalue()
+    assert [line.split()[0] for line in lines].count("1.0625") == len(STATUSES)
+    for words in ("gamma ratio", "frequency (Hz)", "123456.7890", "1.12346", *STATUSES):
+        assert words in text.getvalue()
+
+
+def warned(caplog: pytest.LogCaptureFixture, *points: BranchPoint) -> str:
+    caplog.clear()
+    fenics_nnm.run._warn(branch_of(*points))
+    (message,) = caplog.messages
+    return message
+
+
+def test_failed_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    worse = replace(POINT, gamma_ratio=2.0, return_error=0.75, reason="misses its start by 75%")
+    message = warned(caplog, POINT, worse)
+    assert "2 of 2 points failed the check in time: at gamma ratio 2 misses its start by 75%" in (
+        message
+    )
+
+
+def test_points_without_a_check_in_time_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    massive = replace(POINT, return_error=np.nan, status=CONVERGED, reason=WITH_MASS)
+    message = warned(caplog, massive, replace(massive, gamma_ratio=2.0))
+    assert "2 of 2 points solve their equations, but are not verified in time: contact" in message
+    assert "nan" not in message
+
+
+def test_verbose_tells_stages_and_points(
+    study_file: StudyFile, command: Command, caplog: Any
+) -> None:
+    assert command("run", study_file(), "--output", "out", "-v").code == 0
+    told = [record.getMessage() for record in caplog.records if record.levelno == logging.INFO]
+    stages = [line.split(":")[0] for line in told if re.fullmatch(r"\w+: \d+\.\d\d s", line)]
+    assert stages == [
+        *("mesh", "assembly", "factors", "modes", "attachments"),
+        *("output", "backbone", "output"),
+    ]
+    points = [line for line in told if re.match(r"gamma ratio [\d.]+: [\d.]+ Hz, ", line)]
+    assert len(points) == 4
+    caplog.clear()
+    assert command("run", study_file(), "--output", "out").code == 0
+    assert not [record for record in caplog.records if record.levelno == logging.INFO]
+
+
+def test_verbose_tells_once_on_two_ranks(study_file: StudyFile, tmp_path: Path) -> None:
+    ended = on_ranks(
+        2, "-m", "fenics_nnm", "run", study_file(PLATE), "--output", "out", "-v", folder=tmp_path
+    )
+    assert ended.code == 0, ended.err
+    lines = own_lines(ended)
+    assert sum("assembly: " in line for line in lines) == 1
+    assert sum("gamma ratio 1.1: " in line for line in lines) == 1
+
+
+def test_help_lists_the_commands_in_the_order_of_their_use(
+    command: Command, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        command("--help")
+    assert ended.value.code == 0
+    told = capfd.readouterr().out
+    names = ["new", "check", "run", "plot", "export", "report", "convergence", "sweep"]
+    assert re.findall(r"^    ([a-z]+) ", told, re.MULTILINE) == names
+    (example,) = (line for line in told.splitlines() if "&&" in line)
+    assert [part.split()[1] for part in example.split("&&")] == ["new", "run", "report"]

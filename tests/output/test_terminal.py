@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from conftest import PLATE, Ended
 from rich.console import Console
-from test_mpi import on_ranks, own_lines
+from ranks import on_ranks, own_lines
 
 import fenics_nnm.run
 from fenics_nnm.backbone.follow import Branch

@@ -12,7 +12,7 @@ import pytest
 import small_meshes
 from conftest import BEAM, PLATE, Ended
 from fork_mesh import fork, fork_study
-from ranks import SAME_FIELD, field_differences, on_ranks, rows
+from ranks import SAME_FIELD, field_differences, on_ranks, own_lines, rows
 
 from fenics_nnm.results import branch_file
 
@@ -48,11 +48,6 @@ text = group_table(tagged_mesh(read_study(Path(sys.argv[1])), MPI.COMM_WORLD))
 if MPI.COMM_WORLD.rank == 0:
     print("\\n".join(text))
 """
-
-
-def own_lines(ended: Ended) -> list[str]:
-    """Lines of the program among those of mpirun."""
-    return [line for line in ended.err.splitlines() if "fenics-nnm: " in line]
 
 
 def failing_script(folder: Path, **values: Any) -> Path:

@@ -16,7 +16,7 @@ from conftest import BEAM, PLATE, ROD, Ended, changed
 from mpi4py import MPI
 from scipy import sparse
 from scipy.io import mmwrite, savemat
-from test_mpi import on_ranks, own_lines
+from ranks import on_ranks, own_lines
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.linear import LinearAnalysis

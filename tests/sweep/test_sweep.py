@@ -16,7 +16,7 @@ import pytest
 from conftest import PLATE, ROD, Ended, changed
 from matplotlib.figure import Figure
 from PIL import Image
-from test_mpi import on_ranks, own_lines
+from ranks import on_ranks, own_lines
 
 import fenics_nnm.structure.shared_analysis
 import fenics_nnm.sweep.pictures

@@ -38,11 +38,14 @@ from tips import blade_tip
 from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedFrequency, Newton, solve
+from fenics_nnm.nonlinear.conditions import FixedFrequency
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.shooting import shoot
 
@@ -73,18 +76,19 @@ def against_harmonicbalance(modes: int, points: int, harmonics: int) -> str:
     from harmonicbalance.solvers import fouriersolve_ode
 
     tip = blade_tip(modes, points)
-    model = ReducedModel(tip.omega, tip.Phi, np.zeros_like(tip.R), tip.gap)
+    model = ReducedModel(tip.omega, tip.Phi, np.zeros_like(tip.R), tip.gap, contact=MASSIVE)
     series = FourierSeries(harmonics, 4 * harmonics + 1)
     stiffness = np.full((len(series.phase), points), _STIFFNESS / points)
     law = AugmentedLagrangian(model.gap, stiffness, np.zeros_like(stiffness))
-    equations = HarmonicEquations(model, series, law)
+    equations = harmonic_equations(model, series, law)
     guess = np.zeros(equations.shape)
     guess[1, 0] = 1.6
-    near = solve(equations, FixedFrequency(_OMEGA), guess, _OMEGA, options=Newton(iterations=100))
+    fixed, options = FixedFrequency(_OMEGA), Newton(iterations=100)
+    near = solve(equations, fixed, Unknowns.of(guess, _OMEGA), options=options)
     assert near.converged and near.energies.contact, near.failure
     rng = np.random.default_rng(0)
     start = near.q * (1 + 0.02 * rng.normal(size=near.q.shape))
-    ours, found = timed(lambda: solve(equations, FixedFrequency(_OMEGA), start, _OMEGA))
+    ours, found = timed(lambda: solve(equations, fixed, Unknowns.of(start, _OMEGA)))
     assert found.converged and found.energies.contact
 
     def ode(state: list[Any]) -> list[Any]:

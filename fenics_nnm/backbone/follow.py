@@ -23,7 +23,6 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.model import ReducedModel, Scales
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
-from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.nonlinear.reduction_error import (
     NO_ERROR,
     UNKNOWN_ERROR,
@@ -31,6 +30,7 @@ from fenics_nnm.nonlinear.reduction_error import (
     reduction_error,
 )
 from fenics_nnm.nonlinear.series_error import UNKNOWN_SERIES_ERROR, SeriesError, series_error
+from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.reduction.truncation import Truncation
 
 __all__ = [

@@ -11,9 +11,10 @@ from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.mechanics.contact_law import ContactForces
 from fenics_nnm.mechanics.model import Scales
 from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.nonlinear.reduction_error import ReductionError
 from fenics_nnm.nonlinear.series_error import SeriesError
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: The penetration is sought on a time grid finer than the samples by this factor.
 _FINER = 8
@@ -45,7 +46,7 @@ class BranchPoint:
         reduction_residual: Residual of the motion in the full-order harmonic equations, in the
             norm of K^-1, over the square root of k^; 0 at full order, nan if unknown.
         reduction_error: Relative error of the frequency that is expected of the reduction.
-        virial_error: Relative error of omega^2 m^ = k^ + virial, see `nonlinear.mode.Energies`.
+        virial_error: Relative error of omega^2 m^ = k^ + virial, see `nonlinear.energies`.
         energy_variation: Largest less smallest total energy at the samples, over its mean; the
             energy of a motion in time is constant.
         contact_fraction: Share of the period with contact somewhere.
@@ -214,12 +215,12 @@ class PointMaker:
         """The solution that a stored point came from, without the flexibility of its forces."""
         q, omega = point.q / self.scales.amplitude, 2 * np.pi * point.frequency / self.scales.omega
         forces = ContactForces.alone(point.force / self.scales.force)
+        at = Unknowns.of(q, omega)
         return Solution(
-            q=q,
-            omega=omega,
+            at=at,
             forces=forces,
             free=point.free / self.scales.length,
-            energies=self.equations.energies(q, omega, forces),
+            energies=self.equations.energy.energies(at, forces),
             residual=point.residual,
             iterations=0,
         )

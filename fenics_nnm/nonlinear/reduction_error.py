@@ -15,7 +15,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.linear_step import linear_step
-from fenics_nnm.nonlinear.newton import Solution, Unknowns
+from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
 from fenics_nnm.reduction.truncation import GalerkinTruncation, MasslessTruncation, Truncation
 
@@ -76,12 +76,14 @@ def _massless(
         truncation.slope, truncation.curvature, series.harmonics
     )
     D, slope, _ = (part[series.order.astype(int)] for part in flexibility.at(solution.omega))
-    ell = equations.force_harmonics(forces)
+    ell = series.analysis @ forces.force
     change = forces.change(series.synthesis @ -np.einsum("ncd,nd->nc", D, ell))
     return _LeftOut(
         square=_weighted(series, solution.omega, ell, truncation.curvature),
         equations=series.analysis @ change @ equations.model.Phi,
-        gamma=float(np.sum(equations.gamma_weight * ell * np.einsum("ncd,nd->nc", slope, ell)) / 2),
+        gamma=float(
+            np.sum(equations.energy.weight * ell * np.einsum("ncd,nd->nc", slope, ell)) / 2
+        ),
     )
 
 
@@ -107,8 +109,7 @@ def _weighted(series: Series, omega: float, rows: Array, matrix: Array) -> float
 
 def _frequency_step(equations: HarmonicEquations, solution: Solution, left_out: _LeftOut) -> float:
     """Change of omega in one linearised step to the full-order equations at the same gamma."""
-    at = Unknowns(solution.q, solution.omega)
     step = linear_step(
-        equations, at, solution.forces, left_out.equations, gamma_left_out=left_out.gamma
+        equations, solution.at, solution.forces, left_out.equations, gamma_left_out=left_out.gamma
     )
     return float("nan") if step is None else step.omega

@@ -14,7 +14,8 @@ import numpy as np
 
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.linear_step import linear_step
-from fenics_nnm.nonlinear.newton import Solution, Unknowns
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: The finer series has more harmonics and samples by these factors. Errors of samples fall with
 #: the square of m, so 4 m has a sixteenth left; 2 m may err alike where a change of contact lies
@@ -93,18 +94,19 @@ def _step(coarse: HarmonicEquations, solution: Solution, finer: HarmonicEquation
     series, Phi = finer.series, finer.model.Phi
     q, omega, free = series.fitted(solution.q), solution.omega, series.fitted(solution.free)
     forces = finer.law(series.synthesis @ free)
-    known = series.fitted(coarse.force_harmonics(solution.forces) @ Phi)
-    defect = finer.force_harmonics(forces) @ Phi - known
+    at = Unknowns.of(q, omega).completed(len(finer.parameters))
+    known = series.fitted(coarse.force_harmonics(solution.at, solution.forces))
+    defect = finer.force_harmonics(at, forces) - known
     begins = float(np.linalg.norm(defect / finer.row_scale(omega)))
     if begins <= _ROUND_OFF * np.linalg.norm(q):
         return _Step(0.0, 0.0)
-    step = linear_step(finer, Unknowns(q, omega), forces, defect)
+    step = linear_step(finer, at, forces, defect)
     if step is None:
         return None
     after = finer.law(series.synthesis @ (free + step.q @ Phi.T))
     remains = (
         defect
-        + finer.residual(q + step.q, omega + step.omega, after)
-        - finer.residual(q, omega, forces)
+        + finer.residual(Unknowns.of(q + step.q, omega + step.omega), after)
+        - finer.residual(at, forces)
     )
     return _Step(step.omega, float(np.linalg.norm(remains / finer.row_scale(omega))) / begins)

@@ -47,6 +47,7 @@ from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.blocks import Blocks, Data
+from fenics_nnm.mechanics.contact_points import MASSIVE, MASSLESS
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.results import journal
@@ -290,6 +291,7 @@ def _header(file: h5py.File) -> BranchHeader:
             R=np.array(model["R"]),
             gap=np.array(model["gap"]),
             reference=float(model.attrs["reference"]) if "reference" in model.attrs else None,
+            contact=MASSLESS if np.any(model["R"]) else MASSIVE,
         ),
     )
 

@@ -50,7 +50,7 @@ def test_only_the_latest_motions_are_kept_with_all_that_they_were_found_with() -
     thinned = with_levels[-1].finest
     assert thinned is not None
     with pytest.raises(ValueError, match="without their derivative"):
-        equations.jacobian(thinned.omega, thinned.forces)
+        equations.jacobian(thinned.at, thinned.forces)
     for stack in kept[:-60]:
         assert stack.finest is not None and not any(stack.solutions[:-1])
     assert len(lift._alone) <= 8

@@ -19,6 +19,7 @@ from fenics_nnm.backbone.follow import EnergyContinuation, FrequencyContinuation
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.output.html_report.words import warnings
@@ -182,7 +183,7 @@ def test_multipliers_are_found_at_fixed_energy(study_file: StudyFile, command: C
     command("run", path).assert_one_line(
         2, "by frequency needs contact points without mass", '"energy"'
     )
-    model = ReducedModel([1.0, 3.0], [[1.0, 1.0]], [[0.0]], [1.0])
+    model = ReducedModel([1.0, 3.0], [[1.0, 1.0]], [[0.0]], [1.0], contact=MASSIVE)
     balance = HarmonicBalance(3, 32, multipliers=MultiplierLoop())
     with pytest.raises(ModelError, match="needs contact points without mass"):
         follow(model, FrequencyContinuation(1.01, 1.1, 0.05), balance, mode=0)

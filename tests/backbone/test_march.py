@@ -18,7 +18,7 @@ from fenics_nnm.backbone.targets import (
     FrequencyContinuation,
 )
 from fenics_nnm.mechanics.fourier import CosineSeries
-from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.nonlinear.solution import Solution
 
 
 class Motion:

@@ -10,23 +10,22 @@ from fenics_nnm.backbone.slope import frequency_slope
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, solve
+from fenics_nnm.nonlinear.conditions import FixedEnergy
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import solve
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 MODEL = ReducedModel(omega=[1.0, 3.4], Phi=[[1.0, 1.0]], R=[[0.1]], gap=[1.0])
 
 
 @pytest.mark.parametrize("series", [CosineSeries(5, 60), FourierSeries(5, 60)])
 def test_slope_against_differences(series: Series) -> None:
-    equations = HarmonicEquations(MODEL, series, Complementarity(MODEL.R, MODEL.gap))
+    equations = harmonic_equations(MODEL, series, Complementarity(MODEL.R, MODEL.gap))
     q = np.zeros(equations.shape)
     q[1, 0] = 1.2
     gamma = 0.25 * 1.3
-    at = solve(equations, FixedEnergy(gamma), q, 1.0)
-    ends = [
-        solve(equations, FixedEnergy(gamma * factor), at.q, at.omega)
-        for factor in (1 - 1e-6, 1 + 1e-6)
-    ]
+    at = solve(equations, FixedEnergy(gamma), Unknowns.of(q, 1.0))
+    ends = [solve(equations, FixedEnergy(gamma * factor), at.at) for factor in (1 - 1e-6, 1 + 1e-6)]
     difference = (ends[1].omega - ends[0].omega) / at.omega / 2e-6
     assert frequency_slope(equations, at) == pytest.approx(difference, rel=1e-5)
 

@@ -11,6 +11,7 @@ from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.periodicity import returned
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.verdict import WITH_MASS, judged
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.shooting import shoot
@@ -108,7 +109,7 @@ def test_integration_that_gives_up_is_a_failure(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_contact_points_with_mass_are_converged_and_linear_motions_verified() -> None:
-    massive = replace(MODEL, R=np.zeros((2, 2)))
+    massive = replace(MODEL, R=np.zeros((2, 2)), contact=MASSIVE)
     found = verdict(branch()[-1], model=massive)
     assert (found.status, found.reason) == ("converged", WITH_MASS)
     linear = verdict(branch()[0], model=massive)

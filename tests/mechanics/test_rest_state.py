@@ -25,6 +25,7 @@ from fenics_nnm.backbone.follow import (
 )
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.massless import massless_model
 from fenics_nnm.results import branch_file
@@ -239,7 +240,7 @@ def test_pressed_rod_has_the_frequency_of_the_clamped_one() -> None:
 
 
 def test_points_with_mass_need_positive_gaps() -> None:
-    model = ReducedModel([1.0], [[1.0]], [[0.0]], [-0.1])
+    model = ReducedModel([1.0], [[1.0]], [[0.0]], [-0.1], contact=MASSIVE)
     with pytest.raises(ModelError, match=r"contact.gap = -0.1: must be positive where contact"):
         branch(model, EnergyContinuation(0.5, 2.0, 0.5))
 

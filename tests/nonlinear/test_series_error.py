@@ -7,6 +7,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.series_error import HOLDS
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
@@ -69,7 +70,7 @@ def test_no_error_without_contact_and_none_known_of_points_with_mass() -> None:
     below = follow(THREE, EnergyContinuation(0.8, 0.9, 0.1), HarmonicBalance(5, 64), mode=0)
     for point in below.points:
         assert (point.harmonics_error, point.samples_error, point.error_remainder) == (0, 0, 0)
-    carrying = ReducedModel(THREE.omega, THREE.Phi[:1], [[0.0]], THREE.gap[:1])
+    carrying = ReducedModel(THREE.omega, THREE.Phi[:1], [[0.0]], THREE.gap[:1], contact=MASSIVE)
     found = follow(carrying, EnergyContinuation(0.8, 1.2, 0.4), HarmonicBalance(3, 64), mode=0)
     assert found.points
     for point in found.points:

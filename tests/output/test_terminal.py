@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import PLATE, Ended
-from rich.console import Console
 from ranks import on_ranks, own_lines
+from rich.console import Console
 
 import fenics_nnm.run
 from fenics_nnm.backbone.follow import Branch

@@ -47,7 +47,7 @@ from fenics_nnm.nonlinear.equations import harmonic_equations
 from fenics_nnm.nonlinear.newton import Newton, solve
 from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.time_domain.flow import Flow
-from fenics_nnm.time_domain.shooting import shoot
+from fenics_nnm.time_domain.shooting import OrbitGuess, shoot
 
 _STIFFNESS = 4.0
 _OMEGA = 1.1
@@ -126,7 +126,7 @@ def by_scipy(model: ReducedModel, point: BranchPoint, energy: float, rtol: float
     Phi, R, gap = model.Phi[0], float(model.R[0, 0]), float(model.gap[0])
     modes = model.modes
     size = np.sqrt(2 * energy)
-    half = 0.5 / point.frequency
+    half = 0.5 / point.motion.frequency
 
     def rate(clock: float, state: np.ndarray) -> np.ndarray:
         q = state[:modes]
@@ -142,7 +142,7 @@ def by_scipy(model: ReducedModel, point: BranchPoint, energy: float, rtol: float
         found = (np.sum((model.omega * q) ** 2) + R * force**2) / 2
         return np.append(end[modes:] / size, found / energy - 1)
 
-    first = np.append(model.omega * point.q.sum(axis=0) / size, 1.0)
+    first = np.append(model.omega * point.motion.q.sum(axis=0) / size, 1.0)
     solved = fsolve(miss, first, xtol=1e-11)
     return float(0.5 / (half * solved[modes]))
 
@@ -155,15 +155,15 @@ def against_scipy(modes: int, rtol: float) -> str:
     point = branch.points[len(branch.points) // 2]
 
     def shot() -> Any:
-        return shoot(Flow(model), balance.series, point)
+        return shoot(Flow(model), OrbitGuess.of(balance.series, point.motion))
 
     ours, found = timed(shot)
     assert found.converged, found.failure
-    spent, frequency = timed(lambda: by_scipy(model, point, point.energy, rtol), repeats=1)
+    spent, frequency = timed(lambda: by_scipy(model, point, point.motion.energy, rtol), repeats=1)
     return (
         f"| {modes} | {rtol:.0e} | {1e3 * whole / len(branch.points):.0f} | {1e3 * ours:.1f} "
         f"| {1e3 * spent:.0f} | {spent / ours:.0f} | {abs(frequency / found.frequency - 1):.0e} "
-        f"| {abs(point.frequency / found.frequency - 1):.0e} |"
+        f"| {abs(point.motion.frequency / found.frequency - 1):.0e} |"
     )
 
 

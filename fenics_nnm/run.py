@@ -11,8 +11,8 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.backbone.follow import Branch
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, STATUSES
+from fenics_nnm.backbone.point import CONVERGED, FAILED, RESONANT, STATUSES, BranchPoint
+from fenics_nnm.backbone.point_numbers import return_error
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.blocks import Data, led
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -248,9 +248,9 @@ def _store(points: Journal, point: BranchPoint) -> None:
     logger.info(
         "gamma ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
         point.gamma_ratio,
-        point.frequency,
-        point.energy,
-        point.iterations,
+        point.motion.frequency,
+        point.motion.energy,
+        point.notes.iterations,
     )
 
 
@@ -274,7 +274,7 @@ def _warn(branch: Branch) -> None:
             "; ".join(sorted({point.resonance for point in resonant})),
         )
     if converged := by_status[CONVERGED]:
-        unchecked = any(np.isnan(point.return_error) for point in converged)
+        unchecked = any(point.returned is None for point in converged)
         logger.log(
             logging.WARNING if unchecked else logging.INFO,
             "%d of %d points solve their equations, but are not verified in time: %s",
@@ -288,7 +288,7 @@ def _first_reason(points: list[BranchPoint]) -> str:
     """Why the worst of some points is not verified, or what is said of all of them."""
     if len({point.reason for point in points}) == 1:
         return points[0].reason
-    worst = max(points, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
+    worst = max(points, key=lambda point: np.nan_to_num(return_error(point), nan=np.inf))
     return f"at gamma ratio {worst.gamma_ratio:g} {worst.reason}"
 
 

@@ -12,7 +12,8 @@ from fenics_nnm.backbone.continuity import Continuity
 from fenics_nnm.backbone.harmonic_copy import linear_motion
 from fenics_nnm.backbone.levels import Level
 from fenics_nnm.backbone.mode_trace import GAMMA_DOWN, GAMMA_UP, mode_trace
-from fenics_nnm.backbone.point import BranchPoint, PointMaker
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.backbone.targets import ArcContinuation, Begin
 from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.continuation.branch_switching import switched
@@ -173,7 +174,7 @@ class ArcMarch:
         modes = self.maker.equations.model.modes
         whole = solution.with_q(solution.q[:, :modes])
         if self.points and self.points[-1].position == position:  # an event at the end of a step
-            event = self.points.pop().event or event
+            event = self.points.pop().notes.event or event
         slope = self.lift.slope_ratio(whole) if self.wanted.harmonic == 1 else float("nan")
         point = self.maker.point(
             position, aimed[0] if aimed else ratio, whole, event=event, slope_ratio=slope

@@ -26,7 +26,8 @@ class ReductionError:
 
     Attributes:
         residual: Norm of the residual in K^-1, over the square root of k^.
-        frequency: Expected relative error of the frequency, at the same gamma.
+        frequency: Expected relative error of the frequency, at the same gamma; nan where the
+            linearised step to full order is not defined.
     """
 
     residual: float
@@ -35,7 +36,6 @@ class ReductionError:
 
 #: Error at full order, and of a model that is all there is to know of a structure.
 NO_ERROR = ReductionError(0.0, 0.0)
-UNKNOWN_ERROR = ReductionError(float("nan"), float("nan"))
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,17 +48,13 @@ class SeriesError:
     remainder: float
 
 
-#: Forces of contact points with mass are not determined above harmonic N: nothing is known.
-UNKNOWN_SERIES_ERROR = SeriesError(float("nan"), float("nan"), float("nan"))
-
-
 @dataclass(frozen=True, slots=True)
 class _Step:
     frequency: float
     remainder: float
 
 
-def series_error(equations: HarmonicEquations, solution: Solution) -> SeriesError:
+def series_error(equations: HarmonicEquations, solution: Solution) -> SeriesError | None:
     """Error of a solution that is due to its series.
 
     At full order the step is that of the explicit modes: of the others it has the static part
@@ -67,16 +63,19 @@ def series_error(equations: HarmonicEquations, solution: Solution) -> SeriesErro
     Args:
         equations: Equations of the reduced model under complementarity, dimensionless or not.
         solution: A converged solution, of these or of the full-order equations.
+
+    Returns:
+        None where the finer equations are too large, or the step is not defined.
     """
     coarse = equations.series
     samples = MORE_SAMPLES * coarse.samples
     dense = _with_series(equations, coarse.harmonics, samples)
     rich = _with_series(equations, MORE_HARMONICS * coarse.harmonics, samples)
     if rich.shape[0] * rich.shape[1] > _MOST_UNKNOWNS:
-        return UNKNOWN_SERIES_ERROR
+        return None
     by_samples, by_both = (_step(equations, solution, finer) for finer in (dense, rich))
     if by_samples is None or by_both is None:
-        return UNKNOWN_SERIES_ERROR
+        return None
     return SeriesError(
         harmonics=-(by_both.frequency - by_samples.frequency) / solution.omega,
         samples=-by_samples.frequency / solution.omega,

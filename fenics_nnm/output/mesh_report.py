@@ -115,7 +115,7 @@ class MeshReport:
         """Harmonics of what inertia adds to the static residual shapes in m."""
         series = harmonic_balance(study).series
         with HarmonicSolver(self.analysis, harmonics=series.harmonics) as solver:
-            omega, ell = 2 * np.pi * point.frequency, series.analysis @ point.force
+            omega, ell = 2 * np.pi * point.motion.frequency, series.analysis @ point.motion.force
             added = -solver.inertial_displacement(omega, series.order, ell)
         return gathering(self.analysis.solid).blocks(added.T)
 

@@ -14,6 +14,7 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.resonance import passing
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.nonlinear.series_error import SeriesError
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
 from fenics_nnm.structure.analysis import harmonic_balance, wanted_motions
 from fenics_nnm.study import Study
@@ -65,12 +66,18 @@ def probed(
     if analysis.model.massless:
         return points
     finer = replace(balance, harmonics=2 * balance.harmonics, samples=2 * balance.samples)
-    true = {p.gamma_ratio: p.frequency for p in _points(study, analysis, finer, ratios)}
+    true = {p.gamma_ratio: p.motion.frequency for p in _points(study, analysis, finer, ratios)}
     return tuple(
-        replace(point, harmonics_error=point.frequency / true[point.gamma_ratio] - 1)
+        _with_series_error(point, true[point.gamma_ratio])
         for point in points
         if point.gamma_ratio in true
     )
+
+
+def _with_series_error(point: BranchPoint, true: float) -> BranchPoint:
+    """A point with the error of its series, all of it taken to be that of the harmonics."""
+    error = SeriesError(point.motion.frequency / true - 1, samples=0.0, remainder=0.0)
+    return replace(point, expected=replace(point.expected, series=error))
 
 
 def solved(

@@ -65,7 +65,7 @@ def _index(chosen: StartSection, points: tuple[BranchPoint, ...]) -> int:
                 "such point: name it in continuation.report_at of that run to have one"
             )
         return nearest
-    found = [i for i, point in enumerate(points) if point.event == BRANCH_POINT.kind]
+    found = [i for i, point in enumerate(points) if point.notes.event == BRANCH_POINT.kind]
     number = chosen.bifurcation or 0
     if number > len(found):
         raise StudyError(
@@ -108,11 +108,11 @@ def _fitted(
     """A stored point in the modes and the series of another run."""
     modes = min(model.modes, header.model.modes)
     signs = mode_signs(_first(header.model, modes), _first(model, modes))
-    q: Array = np.zeros((len(point.q), model.modes))
-    q[:, :modes] = signs * point.q[:, :modes]
+    q: Array = np.zeros((len(point.motion.q), model.modes))
+    q[:, :modes] = signs * point.motion.q[:, :modes]
     if series.free_phase and header.series != "general":
         q = np.vstack([q, np.zeros((len(q) - 1, model.modes))])
     coefficients = series.fitted(q)
-    force = header.time_series.interpolated(point.force, series.phase)
+    force = header.time_series.interpolated(point.motion.force, series.phase)
     free: Array = np.zeros((len(coefficients), model.points))
-    return replace(point, q=coefficients, force=force, free=free)
+    return replace(point, motion=replace(point.motion, q=coefficients, force=force, free=free))

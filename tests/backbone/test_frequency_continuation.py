@@ -54,11 +54,13 @@ def test_bilinear_oscillator(monkeypatch: pytest.MonkeyPatch) -> None:
     assert branch.reason == "reached frequency ratio 1.3"
     swept = [point for point in branch.points if point.gamma_ratio != 1.5]
     expected = wanted.targets()
-    np.testing.assert_allclose([p.frequency / linear for p in swept], expected, rtol=1e-12)
+    np.testing.assert_allclose([p.motion.frequency / linear for p in swept], expected, rtol=1e-12)
     assert len(branch.points) == len(swept) + 1
     for point in branch.points:
         assert point.position == pytest.approx(point.frequency_ratio, rel=1e-9)
-        assert point.frequency == pytest.approx(demo.exact_frequency(point.energy), rel=5e-6)
+        assert point.motion.frequency == pytest.approx(
+            demo.exact_frequency(point.motion.energy), rel=5e-6
+        )
 
 
 def test_frequency_that_contact_cannot_give(monkeypatch: pytest.MonkeyPatch) -> None:

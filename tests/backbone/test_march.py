@@ -10,7 +10,8 @@ import pytest
 from fenics_nnm.backbone.advice import advice
 from fenics_nnm.backbone.cascade import Stack
 from fenics_nnm.backbone.march import March
-from fenics_nnm.backbone.point import BranchPoint, PointMaker
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.backbone.targets import (
     ArcContinuation,
     Continuation,

@@ -41,19 +41,21 @@ def test_slope_of_points_is_that_of_the_branch() -> None:
     slopes = []
     for branch in both:
         at = {point.gamma_ratio: point for point in branch.points}
-        slopes.append((at[near[1]].frequency - at[near[0]].frequency) / (near[1] - near[0]))
+        slopes.append(
+            (at[near[1]].motion.frequency - at[near[0]].motion.frequency) / (near[1] - near[0])
+        )
     found = next(point for point in both[0].points if point.gamma_ratio == 1.3)
     # the coarsest level has two harmonics only
-    assert found.slope_ratio == pytest.approx(slopes[0] / slopes[1], rel=0.15)
+    assert found.notes.slope_ratio == pytest.approx(slopes[0] / slopes[1], rel=0.15)
 
 
 def test_tongue_is_marked_by_its_slope() -> None:
     """In the tongue of mode 2 the frequency stands still, also where it is 5 % from omega_2 / 3."""
     branch = follow(MODEL, ArcContinuation(0.8, 10.0), HarmonicBalance(6, 72), mode=0)
-    still = [point for point in branch.points if point.slope_ratio < STILL]
+    still = [point for point in branch.points if point.notes.slope_ratio < STILL]
     assert len(still) > 10
     for point in still:
-        shares = point.q[1:] ** 2 * (np.arange(1, 7) ** 2)[:, None]
+        shares = point.motion.q[1:] ** 2 * (np.arange(1, 7) ** 2)[:, None]
         others = 1 - shares[0, 0] / shares.sum()
         assert bool(point.resonance) == (others > 0.025)
 

@@ -158,16 +158,16 @@ def test_motion_solves_the_unreduced_equations(chain: Chain) -> None:
     modes = 4
     R = chain.model(modes).R
     for point in branch(chain, modes, full=True).points[2:]:  # beyond grazing
-        omega = 2 * np.pi * point.frequency
-        ell = series.analysis @ point.force
+        omega = 2 * np.pi * point.motion.frequency
+        ell = series.analysis @ point.motion.force
         dynamic = [chain.K - (n * omega) ** 2 * chain.M for n in range(HARMONICS + 1)]
         U = np.array(
             [-np.linalg.solve(Z, chain.B.T @ f) for Z, f in zip(dynamic, ell, strict=True)]
         )
-        beyond = point.force - series.synthesis @ ell
+        beyond = point.motion.force - series.synthesis @ ell
         w = series.synthesis @ U @ chain.B.T - beyond @ R
         assert (w - chain.gap).max() < 1e-8
-        assert np.abs(point.force * (w - chain.gap)).max() < 1e-8 * point.force.max()
+        assert np.abs(point.motion.force * (w - chain.gap)).max() < 1e-8 * point.motion.force.max()
         n_squared = np.arange(HARMONICS + 1) ** 2
         mass = np.einsum("n,n,nx,xy,ny->", series.mean_square, n_squared, U, chain.M, U)
         stiffness = np.einsum("n,nx,xy,ny->", series.mean_square, U, chain.K, U)
@@ -176,10 +176,10 @@ def test_motion_solves_the_unreduced_equations(chain: Chain) -> None:
         grazing = model.grazing_amplitude() ** 2 / 4
         assert mass / 2 == pytest.approx(point.gamma_ratio * grazing, rel=1e-8)
         assert np.sqrt(stiffness / mass) / 2 / np.pi == pytest.approx(
-            point.rayleigh_frequency, rel=1e-8
+            point.motion.rayleigh_frequency, rel=1e-8
         )
-        assert point.energy == pytest.approx((stiffness + omega**2 * mass) / 2, rel=1e-8)
-        assert point.virial_error < 1e-9
+        assert point.motion.energy == pytest.approx((stiffness + omega**2 * mass) / 2, rel=1e-8)
+        assert point.balance.virial_error < 1e-9
 
 
 def test_reduced_model_converges_to_full_order(chain: Chain) -> None:
@@ -190,7 +190,7 @@ def test_reduced_model_converges_to_full_order(chain: Chain) -> None:
             branch(chain, modes, full=True).points,
             strict=True,
         )
-        worst.append(max(abs(a.frequency / b.frequency - 1) for a, b in pairs))
+        worst.append(max(abs(a.motion.frequency / b.motion.frequency - 1) for a, b in pairs))
     assert worst[0] > 5 * worst[1] > 50 * worst[2] > 0
 
 
@@ -198,9 +198,11 @@ def test_mass_at_the_contact_points(chain: Chain) -> None:
     massless, carrying = (branch(chain, 6, full=True, mass=mass) for mass in (False, True))
     assert carrying.complete
     for a, b in zip(massless.points, carrying.points, strict=True):
-        assert b.virial_error < 1e-9
-        assert a.frequency == pytest.approx(b.frequency, rel=1e-2)
-    assert carrying.points[-1].frequency != pytest.approx(massless.points[-1].frequency, rel=1e-6)
+        assert b.balance.virial_error < 1e-9
+        assert a.motion.frequency == pytest.approx(b.motion.frequency, rel=1e-2)
+    assert carrying.points[-1].motion.frequency != pytest.approx(
+        massless.points[-1].motion.frequency, rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("modes", [6, 12, 20])
@@ -210,9 +212,9 @@ def test_error_of_the_reduction_predicts_the_difference(chain: Chain, modes: int
     reduced = branch(chain, modes, full=False, truncation=truncation).points
     full = branch(chain, modes, full=True).points
     for point, exact in list(zip(reduced, full, strict=True))[2:]:  # beyond grazing
-        error = point.frequency / exact.frequency - 1
-        assert point.reduction_error == pytest.approx(error, rel=0.05)
-        assert point.reduction_residual > abs(error)
+        error = point.motion.frequency / exact.motion.frequency - 1
+        assert point.expected.reduction.frequency == pytest.approx(error, rel=0.05)
+        assert point.expected.reduction.residual > abs(error)
 
 
 def craig_bampton_branch(chain: Chain, modes: int) -> Branch:
@@ -233,6 +235,6 @@ def test_error_of_craig_bampton_predicts_the_difference(chain: Chain, modes: int
     reduced = craig_bampton_branch(chain, modes).points
     full = branch(chain, 6, full=True, mass=True).points
     for point, exact in list(zip(reduced, full, strict=True))[2:]:
-        error = point.frequency / exact.frequency - 1
-        assert point.reduction_error == pytest.approx(error, rel=0.15)
-        assert point.reduction_residual > abs(error)
+        error = point.motion.frequency / exact.motion.frequency - 1
+        assert point.expected.reduction.frequency == pytest.approx(error, rel=0.15)
+        assert point.expected.reduction.residual > abs(error)

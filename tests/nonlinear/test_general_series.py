@@ -32,11 +32,13 @@ def branch(*, general: bool) -> Branch:
 def test_frequencies_and_energies_agree() -> None:
     pairs = zip(branch(general=True).points, branch(general=False).points, strict=True)
     for general, reversible in pairs:
-        assert general.frequency == pytest.approx(reversible.frequency, rel=1e-8)
-        assert general.energy == pytest.approx(reversible.energy, rel=1e-8)
-        assert general.penetration == pytest.approx(reversible.penetration, abs=1e-8)
-        assert general.contact_fraction == pytest.approx(reversible.contact_fraction)
-        assert general.return_error == pytest.approx(reversible.return_error, abs=1e-6)
+        assert general.motion.frequency == pytest.approx(reversible.motion.frequency, rel=1e-8)
+        assert general.motion.energy == pytest.approx(reversible.motion.energy, rel=1e-8)
+        assert general.balance.penetration == pytest.approx(
+            reversible.balance.penetration, abs=1e-8
+        )
+        assert general.motion.contact_fraction == pytest.approx(reversible.motion.contact_fraction)
+        assert general.returned.after_one == pytest.approx(reversible.returned.after_one, abs=1e-6)
 
 
 def shifted(series: FourierSeries, q: Array, phase: float) -> Array:
@@ -50,7 +52,7 @@ def test_motion_is_time_reversible_though_nothing_assumed_it() -> None:
     scaled, scales = MODEL.dimensionless()
     series = FourierSeries(8, 64)
     equations = harmonic_equations(scaled, series, Complementarity(scaled.R, scaled.gap))
-    start = np.vstack([point.q / scales.amplitude, np.zeros((8, 3))])
+    start = np.vstack([point.motion.q / scales.amplitude, np.zeros((8, 3))])
     guess = shifted(series, start, 2 * np.pi / 64 * 3)
     guess += 1e-3 * np.random.default_rng(3).normal(size=guess.shape)
     at = Unknowns.of(start, point.frequency_ratio)

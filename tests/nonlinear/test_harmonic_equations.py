@@ -117,7 +117,9 @@ def test_virial_identity_holds_at_solutions_and_not_elsewhere(
     )
     assert branch.complete
     for point in branch.points:
-        assert point.virial_error < 1e-9
-        assert point.complementarity < 1e-10
+        assert point.balance.virial_error < 1e-9
+        assert point.balance.complementarity < 1e-10
     last = branch.points[-1]
-    assert last.frequency > 1.01 * last.rayleigh_frequency  # the frequency is not sqrt(r)
+    assert (
+        last.motion.frequency > 1.01 * last.motion.rayleigh_frequency
+    )  # the frequency is not sqrt(r)

@@ -14,7 +14,8 @@ from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, STATUSES
 from fenics_nnm.errors import OutputError
-from fenics_nnm.fem.blocks import Data, led
+from fenics_nnm.fem.blocks import Data
+from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import conducted, on_root
@@ -177,7 +178,11 @@ class _Recorder:
         """Follow the branch; each point is on disk before the next one is begun."""
         with self.stages.stage("output"):
             data = report_of(analysis).data()
-            known = led(self.comm, data, lambda data: self._begin(analysis, data))
+            known = led(
+                self.comm,
+                data.blocks,
+                lambda blocks: self._begin(analysis, replace(data, blocks=blocks)),
+            )
         if known:
             logger.info("%d points taken over", len(known))
 

@@ -12,7 +12,6 @@ from fenics_nnm.fem.factorisation import factorise, use_mumps
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
-from fenics_nnm.reduction.truncation import MasslessTruncation
 
 
 class HarmonicSolver(HeldTogether):
@@ -31,8 +30,6 @@ class HarmonicSolver(HeldTogether):
 
     def __init__(self, analysis: LinearAnalysis, *, harmonics: int) -> None:
         """Prepare for a massless-boundary analysis, whose modes stay explicit, and N harmonics."""
-        truncation = analysis.reduction.truncation
-        assert isinstance(truncation, MasslessTruncation)
         solid = analysis.solid
         self._analysis = analysis
         self._comm = solid.tagged.mesh.comm
@@ -43,7 +40,7 @@ class HarmonicSolver(HeldTogether):
         )
         self._mass_static = product(solid.mass, analysis.reduction.residual_shapes)
         self._allowed = ACCURACY * float(analysis.model.static_flexibility.max())
-        self._known = ResidualFlexibility.static(truncation.slope, truncation.curvature, harmonics)
+        self._known = analysis.reduction.truncation.residual_flexibility(harmonics)
         self._matrix = solid.stiffness.copy()
         self._ksp = PETSc.KSP().create(solid.stiffness.comm)
         self._ksp.setOptionsPrefix("nnm_harmonic_")

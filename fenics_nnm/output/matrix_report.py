@@ -58,10 +58,12 @@ class MatrixReport:
     def data(self) -> Data:
         """Shapes and residual shapes in the order of the unknowns."""
         reduction = self.analysis.reduction
-        return {
-            "basis/shapes": reduction.shapes.T,
-            "basis/residual_shapes": reduction.residual_shapes.T,
-        }
+        return Data(
+            {
+                "basis/shapes": reduction.shapes.T,
+                "basis/residual_shapes": reduction.residual_shapes.T,
+            }
+        )
 
     def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
         """Nothing: without a mesh there is nothing to see in ParaView."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,8 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.fem.blocks import Blocks, Data, led
+from fenics_nnm.fem.blocks import Blocks, Data
+from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -88,7 +89,8 @@ class MeshReport:
             "contact/patches": interface.patch,
             "contact/patch_names": np.array([name.encode() for name in interface.names]),
         }
-        return {**contact, **gathered_basis(self.analysis)}
+        body = gathered_basis(self.analysis)
+        return replace(body, arrays={**contact, **body.arrays})
 
     def write_fields(self, file: Path, study: Study, branch: Branch, stages: Stages) -> None:
         """Write ParaView files of the linear modes and of the motions asked for."""

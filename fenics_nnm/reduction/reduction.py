@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.reduction.truncation import MasslessTruncation, Truncation
+from fenics_nnm.reduction.truncation import Truncation
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +43,6 @@ class Reduction:
         Raises:
             TypeError: if the contact points carry mass: fewer modes span another basis then.
         """
-        if not isinstance(self.truncation, MasslessTruncation):
-            raise TypeError("the modes of a Craig-Bampton basis are not nested")
         omega, Phi = self.model.omega[count:], self.model.Phi[:, count:]
         return replace(
             self,

@@ -112,12 +112,10 @@ def create(path: Path, header: BranchHeader, data: Data, known: Sequence[BranchP
     Raises:
         OutputError: if it cannot be written.
     """
-    blocks = {name: each for name, each in data.items() if isinstance(each, Blocks)}
-    arrays = {name: each for name, each in data.items() if not isinstance(each, Blocks)}
     with _writing(path):
         with replacing(path) as part:
-            part.write_bytes(_image(header, arrays))
-            _add(part, blocks)
+            part.write_bytes(_image(header, data.arrays))
+            _add(part, data.blocks)
         journal.begin(path, known)
 
 

@@ -37,6 +37,10 @@ class Reduction:
         """Displacement u in m, shape (n,), of coordinates (J,) and contact forces in N (n_c,)."""
         return np.asarray(self.shapes @ q - self.residual_shapes @ force)
 
+    def with_gap(self, gap: Array) -> Reduction:
+        """The same with other gaps in m, shape (n_c,), which enter the model as they are."""
+        return replace(self, model=replace(self.model, gap=gap, reference=None))
+
     def first_modes(self, count: int) -> Reduction:
         """The massless-boundary reduction with the lowest modes alone, as if made with these.
 

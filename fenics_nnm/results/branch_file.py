@@ -52,6 +52,7 @@ from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.results import journal
 from fenics_nnm.results.durable import replacing
 from fenics_nnm.results.journal import ARRAYS, SCALARS, Journal
+from fenics_nnm.results.stored_text import values_of
 from fenics_nnm.study.resolution import Resolution
 
 FORMAT = "fenics_nnm branch 6"
@@ -87,6 +88,11 @@ class BranchHeader:
     modes: int
     series: str
     model: ReducedModel
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """Values of the study file."""
+        return values_of(self.study)
 
     @property
     def resolution(self) -> Resolution:

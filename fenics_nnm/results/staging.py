@@ -98,7 +98,7 @@ def claim(folder: Path) -> Staging:
         raise StudyError(f"output folder {folder}: cannot be written: {reason}") from error
 
 
-def publish(staging: Path, folder: Path) -> None:
+def move_results(staging: Path, folder: Path) -> None:
     """Move the results to their folder in place of older ones: all of them, or none."""
     older, replaced = staging / _OLDER, staging / _REPLACED
     older.mkdir()
@@ -223,7 +223,7 @@ def _keep(staging: Staging, points: tuple[BranchPoint, ...]) -> str:
         _remove(table)
     if any((staging.results / name).exists() for name in RESULTS):
         return f"{len(points)} points are in {staging.path}, older results are as they were"
-    publish(staging.path, staging.results)
+    move_results(staging.path, staging.results)
     return f"{len(points)} points are in {staging.results}"
 
 

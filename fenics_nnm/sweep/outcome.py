@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -15,6 +14,7 @@ from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.resume import difference, stored_run
 from fenics_nnm.results.staging import running_folders, stopped_runs
+from fenics_nnm.results.stored_text import values_of
 from fenics_nnm.study.inputs import input_digests
 from fenics_nnm.sweep.plan import SAME_RATIO, Case
 
@@ -96,7 +96,7 @@ def _state_of_ended(case: Case, stored: str, summary: Mapping[str, Any]) -> RunS
             raise StudyError(
                 f"{case.folder}: is of another study: the file of {key} has changed: {advice}"
             )
-    same = tomllib.loads(stored) == tomllib.loads(case.text)
+    same = values_of(stored) == values_of(case.text)
     return RunState.ENDED if same else RunState.BEGUN
 
 

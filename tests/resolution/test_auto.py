@@ -91,7 +91,7 @@ def test_bilinear_oscillator_meets_its_tolerance(
     bilinear: ModuleType, tmp_path: Path, tolerance: float
 ) -> None:
     chosen = choice(bilinear_study(tmp_path, tolerance), MPI.COMM_SELF)
-    branch = nonlinear_mode(chosen.study, chosen.analysis)
+    branch = nonlinear_mode(chosen.study, chosen.linear)
     assert branch.complete
     errors = [abs(p.frequency / bilinear.exact_frequency(p.energy) - 1) for p in branch.points]
     assert tolerance / 100 < max(errors) < tolerance
@@ -166,7 +166,7 @@ def test_a_branch_that_is_not_accurate_enough_is_followed_again(
     tmp_path: Path, monkeypatch: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Probes that see nothing leave the least numbers, which the points show to be too few."""
-    monkeypatch.setattr("fenics_nnm.resolution.auto.probes", lambda study, model: ())
+    monkeypatch.setattr("fenics_nnm.resolution.auto.probes", lambda prepared: ())
     study = bilinear_study(tmp_path, 1e-4)
     with caplog.at_level(logging.INFO, "fenics_nnm"):
         result = run_study(study, "", tmp_path / "out", comm=MPI.COMM_SELF)

@@ -26,7 +26,7 @@ from killed_runs import (
 
 from fenics_nnm.results import branch_file, owner
 from fenics_nnm.results.owner import OwnerState
-from fenics_nnm.results.staging import publish, running_folders, stopped_runs
+from fenics_nnm.results.staging import move_results, running_folders, stopped_runs
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -73,7 +73,7 @@ def whole_run(folder):
     for name in ("backbone.csv", "summary.json"):
         (own.path / name).write_text("new")
     (own.path / "fields").mkdir()
-    staging.publish(own.path, folder)
+    staging.move_results(own.path, folder)
     own.release()
 
 sys.addaudithook(watch)
@@ -309,7 +309,7 @@ def test_results_are_moved_by_one_run_at_a_time(tmp_path: Path) -> None:
     mine = tmp_path / ".running-1"
     mine.mkdir()
     (mine / "summary.json").write_text("mine")
-    moving = threading.Thread(target=publish, args=(mine, tmp_path))
+    moving = threading.Thread(target=move_results, args=(mine, tmp_path))
     with owner.alone_in(tmp_path):
         moving.start()
         moving.join(0.2)

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from conftest import BEAM, PLATE, ROD, Ended, changed
 from mpi4py import MPI
+from ranks import on_ranks, own_lines
 from scipy import sparse
 from scipy.io import mmwrite, savemat
-from ranks import on_ranks, own_lines
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.linear import LinearAnalysis

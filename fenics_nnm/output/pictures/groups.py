@@ -22,7 +22,6 @@ from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
 from fenics_nnm.output.pictures.style import BLACK, OUTLINE, colours_of_parts, new_figure, unit_for
 from fenics_nnm.structure.contact_patches import casing_surface
-from fenics_nnm.study import MeshStudy, Study
 from fenics_nnm.study.casing import CasingSection
 
 #: Length of the arrows at contact points, as a part of the size of the body.
@@ -40,24 +39,6 @@ _ROUND = {"inside": "casing", "outside": "shaft"}
 #: Names of groups stand so far apart, beside and above each other, in points, and in such boxes.
 _APART = np.array([60.0, 13.0])
 _BOX = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.5", "lw": 0.5, "alpha": 0.85}
-
-
-def roles_of(study: Study) -> dict[str, str]:
-    """What groups of facets are there for: held, or in contact."""
-    if not isinstance(study, MeshStudy):
-        return {}
-    clamped = dict.fromkeys(study.clamp.facets if study.clamp else (), "clamped")
-    patches = study.contact.patches.values()
-    touching = [name for patch in patches for name in (*patch.facets, *(patch.against or ()))]
-    return {**clamped, **dict.fromkeys(touching, "contact")}
-
-
-def casings_of(study: Study) -> dict[int, CasingSection]:
-    """Casings of a study by the number of their patch."""
-    if not isinstance(study, MeshStudy):
-        return {}
-    patches = enumerate(study.contact.patches.values())
-    return {number: patch.casing for number, patch in patches if patch.casing is not None}
 
 
 def draw_groups(

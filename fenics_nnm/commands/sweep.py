@@ -104,7 +104,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
                 sweep.write_table()
         raise
     sweep.look()
-    on_root(comm, lambda: _write(sweep))
+    on_root(comm, _write, sweep)
     return _ended(sweep, console, comm)
 
 

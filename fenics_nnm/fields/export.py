@@ -48,7 +48,7 @@ def export(
         OutputError: if the file cannot be read, has no mesh or no such motion, or the folder is
             there already or cannot be written.
     """
-    points = on_root(comm, lambda: _begun(file, folder, ratios))
+    points = on_root(comm, _begun, file, folder, ratios)
     try:
         write_motions(
             folder, file, points, fields=fields, frames=frames, comm=comm, on_progress=on_progress

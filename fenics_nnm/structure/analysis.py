@@ -12,6 +12,7 @@ from typing import Any
 from mpi4py import MPI
 
 from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.backbone.targets import Begin
 from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.stages import Stages
@@ -95,13 +96,29 @@ def with_reference(linear: Linear, study: Study) -> Linear:
 
 
 def nonlinear_mode(
-    study: Study, linear: Linear, *, flexibility: FlexibilitySource | None = None
+    study: Study,
+    linear: Linear,
+    *,
+    flexibility: FlexibilitySource | None = None,
+    begin: Begin | None = None,
 ) -> Branch:
-    """Follow the nonlinear mode of a study from its linear mode.
+    """Follow the nonlinear mode of a study.
 
     Args:
         study: Study.
         linear: All that is linear of it.
         flexibility: Residual flexibility of the whole model, for a study of full order.
+        begin: Motion of an earlier run to begin at, see `fenics_nnm.results.start.beginning`; the
+            linear mode if not given.
+
+    Raises:
+        StudyError: if the study names such a motion and none is given, or the other way round.
     """
-    return prepared(study, linear).followed(flexibility=flexibility)
+    if (begin is None) != (study.continuation.start is None):
+        given = "is not given" if begin is None else "is given"
+        raise StudyError(
+            f"continuation.start: the motion to begin at {given}: must be given by `begin` where "
+            "the study names one, see fenics_nnm.results.start.beginning"
+        )
+    ready = prepared(study, linear)
+    return (ready.beginning_at(begin) if begin else ready).followed(flexibility=flexibility)

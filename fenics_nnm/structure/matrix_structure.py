@@ -14,9 +14,9 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
-from fenics_nnm.reduction.matrix_files import read_matrix
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.mode_count import mode_count
 from fenics_nnm.study import MatrixStudy
 

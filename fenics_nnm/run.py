@@ -9,7 +9,7 @@ from typing import Any
 from mpi4py import MPI
 
 from fenics_nnm.backbone.follow import Branch
-from fenics_nnm.results.auto_report import told, warn_of
+from fenics_nnm.running.auto_report import message_of, warn_of
 from fenics_nnm.running.claiming import claimed
 from fenics_nnm.running.following import follow
 from fenics_nnm.running.preparing import Job, prepare
@@ -28,13 +28,13 @@ class RunResult:
         folder: Where the results are.
         branch: The branch, with the reason of its end.
         summary: Contents of summary.json.
-        told: The numbers found for "auto" in a line; empty where all were given.
+        message: The numbers found for "auto" in a line; empty where all were given.
     """
 
     folder: Path
     branch: Branch
     summary: dict[str, Any]
-    told: str = ""
+    message: str = ""
 
 
 def run_study(
@@ -51,7 +51,7 @@ def run_study(
 
     Results are made in a folder of their own and moved to `folder` when the branch has ended, so
     that a run that fails leaves older results alone. Where there are no older ones, the points
-    of an interrupted run are moved there too. What a killed run left is told and left alone.
+    of an interrupted run are moved there too. What a killed run left is reported and left alone.
 
     Args:
         study: Study.
@@ -72,4 +72,4 @@ def run_study(
     if comm.rank == 0:
         warn_of_points(branch)
         warn_of(ready.chosen, branch)
-    return RunResult(folder, branch, summary, told(ready.chosen, branch))
+    return RunResult(folder, branch, summary, message_of(ready.chosen, branch))

@@ -81,7 +81,7 @@ def worst_automatic_error(tolerance: float) -> float:
     assert result.branch.complete and points[-1].energy > 100 * GRAZING_ENERGY
     worst = max(points, key=lambda p: abs(p.frequency / exact_frequency(p.energy) - 1))
     error = abs(worst.frequency / exact_frequency(worst.energy) - 1)
-    print(f"| {tolerance:.0e} | {result.told} | {error:.1e} | {worst.gamma_ratio:g} |")
+    print(f"| {tolerance:.0e} | {result.message} | {error:.1e} | {worst.gamma_ratio:g} |")
     return error
 
 

@@ -13,9 +13,9 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.resolution.auto import Choice, choice
 from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.results.resume import StoredRun, assert_nobody_runs, known_points, stored_run
-from fenics_nnm.results.run_summary import versions
 from fenics_nnm.results.staging import Staging, Stopped, stopped_runs
 from fenics_nnm.results.start import beginning
+from fenics_nnm.running.run_summary import versions
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
 from fenics_nnm.structure.prepared import Prepared

@@ -18,10 +18,10 @@ from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.resume import remove_taken_over
-from fenics_nnm.results.run_summary import run_summary
 from fenics_nnm.results.staging import move_results
 from fenics_nnm.results.tables import write_backbone, write_summary
 from fenics_nnm.running.preparing import Ready
+from fenics_nnm.running.run_summary import run_summary
 
 
 def publish(ready: Ready, branch: Branch) -> dict[str, Any]:

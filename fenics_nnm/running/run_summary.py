@@ -19,7 +19,7 @@ from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.verdict import VERIFIED
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.resolution.auto import Choice
-from fenics_nnm.results.auto_report import summary_of
+from fenics_nnm.running.auto_report import summary_of
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.time_domain.bifurcations import Bifurcation
 

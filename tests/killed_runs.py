@@ -22,10 +22,10 @@ from fenics_nnm.results.stored_point import ARRAYS
 #: Runs a study; each point that was stored is noted in a file of its own, and takes 50 ms.
 NOTING = """
 import json, sys, time
-import fenics_nnm.run
+import fenics_nnm.running.following
 from fenics_nnm.cli import main
 
-store = fenics_nnm.run._store
+store = fenics_nnm.running.following.store
 
 def noting(points, point):
     store(points, point)
@@ -35,7 +35,7 @@ def noting(points, point):
         file.write(line + chr(10))
     time.sleep(0.05)
 
-fenics_nnm.run._store = noting
+fenics_nnm.running.following.store = noting
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -101,10 +101,10 @@ def assert_all_open(folder: Path) -> None:
 #: Forks a child for each run, after imports that take longer than it does, and says how it ended.
 FORKING = """
 import json, os, signal, sys, time
-import fenics_nnm.run
+import fenics_nnm.running.following
 from fenics_nnm.cli import main
 
-store = fenics_nnm.run._store
+store = fenics_nnm.running.following.store
 
 def noting(points, point):
     store(points, point)
@@ -114,7 +114,7 @@ def noting(points, point):
         with open(name, "a") as file:
             file.write(text + chr(10))
 
-fenics_nnm.run._store = noting
+fenics_nnm.running.following.store = noting
 for line in sys.stdin:
     folder, moment, arguments = json.loads(line)
     child = os.fork()

@@ -61,8 +61,8 @@ def _run(arguments: argparse.Namespace) -> int:
         console.print(result_table(result, study))
         for encounter in result.branch.encounters:
             show(console, _told(encounter))
-        if result.told:
-            show(console, result.told)
+        if result.message:
+            show(console, result.message)
         closing = f"{result.branch.reason}; results in {result.folder}"
         show(console, closing)
     if not result.branch.complete:

@@ -17,10 +17,10 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.resolution.accuracy import SOURCES
-from fenics_nnm.resolution.auto import Analysis, Choice
+from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.resolution.probes import probes, solved
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.analysis import linear_analysis
+from fenics_nnm.structure.analysis import linear_analysis, prepared
 from fenics_nnm.study import Study
 from fenics_nnm.study.resolution import Resolution
 
@@ -134,7 +134,7 @@ def convergence(chosen: Choice, comm: MPI.Comm, stages: Stages | None = None) ->
 def _energies(study: Study, chosen: Choice) -> tuple[float, ...]:
     """Energies that the study reports beyond grazing, or three spread ones."""
     reported = tuple(ratio for ratio in study.continuation.report_at if ratio > 1)
-    spread = probes(study, chosen.analysis.model, count=_ENERGIES + 1)[1:]
+    spread = probes(chosen.prepared, count=_ENERGIES + 1)[1:]
     if not reported and not spread:
         raise StudyError(
             "continuation.energies: end below first contact, where all numbers are exact"
@@ -149,13 +149,13 @@ def _varied(
     found: dict[int, dict[float, BranchPoint]] = {}
     for number in _numbers(source, chosen.study):
         at = replace(chosen.study.resolution, **{source: number})
-        analysis: Analysis = chosen.analysis
+        linear = chosen.linear
         if source == "modes" and number != chosen.study.resolution.modes:
-            analysis = linear_analysis(chosen.study, comm, stages, at_most=number)
-            at = replace(at, modes=len(analysis.modes.omega))
-        study, here = chosen.study.with_resolution(at), analysis
+            linear = linear_analysis(chosen.study, comm, stages, at_most=number)
+            at = replace(at, modes=len(linear.modes.omega))
+        ready = prepared(chosen.study.with_resolution(at), linear)
         with stages.stage(source):
-            points = on_root(comm, lambda: solved(study, here, ratios))
+            points = on_root(comm, solved, ready, ratios)
         found[getattr(at, source)] = {point.gamma_ratio: point for point in points}
     return found
 

@@ -60,6 +60,7 @@ from fenics_nnm.results.stored_point import (
     point_from,
     scalars_of,
 )
+from fenics_nnm.results.stored_text import values_of
 from fenics_nnm.study.resolution import Resolution
 
 FORMAT = "fenics_nnm branch 6"
@@ -97,6 +98,11 @@ class BranchHeader:
     model: ReducedModel
 
     @property
+    def values(self) -> Mapping[str, Any]:
+        """Values of the study file."""
+        return values_of(self.study)
+
+    @property
     def resolution(self) -> Resolution:
         """Harmonics, samples and modes."""
         return Resolution(self.harmonics, self.samples, self.modes)
@@ -120,12 +126,10 @@ def create(path: Path, header: BranchHeader, data: Data, known: Sequence[BranchP
     Raises:
         OutputError: if it cannot be written.
     """
-    blocks = {name: each for name, each in data.items() if isinstance(each, Blocks)}
-    arrays = {name: each for name, each in data.items() if not isinstance(each, Blocks)}
     with _writing(path):
         with replacing(path) as part:
-            part.write_bytes(_image(header, arrays))
-            _add(part, blocks)
+            part.write_bytes(_image(header, data.arrays))
+            _add(part, data.blocks)
         journal.begin(path, known)
 
 

@@ -16,7 +16,6 @@ from conftest import PLATE, Ended
 from ranks import on_ranks, own_lines
 from rich.console import Console
 
-import fenics_nnm.run
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import (
     CONVERGED,
@@ -35,6 +34,7 @@ from fenics_nnm.backbone.verdict import WITH_MASS
 from fenics_nnm.commands.run import result_table
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.run import RunResult
+from fenics_nnm.running.trust import warn_of_points
 from fenics_nnm.study import read_study
 
 StudyFile = Callable[..., Path]
@@ -79,7 +79,7 @@ def test_table_fits_on_a_narrow_terminal(study_file: StudyFile, tmp_path: Path) 
 
 def warned(caplog: pytest.LogCaptureFixture, *points: BranchPoint) -> str:
     caplog.clear()
-    fenics_nnm.run._warn(branch_of(*points))
+    warn_of_points(branch_of(*points))
     (message,) = caplog.messages
     return message
 

@@ -22,8 +22,8 @@ Command = Callable[..., Ended]
 FAILING = """
 import sys
 from mpi4py import MPI
-import fenics_nnm.output.mesh_report
-import fenics_nnm.run
+import fenics_nnm.running.publishing
+import fenics_nnm.structure.mesh_structure
 from fenics_nnm.cli import main
 from fenics_nnm.errors import StudyError
 
@@ -41,7 +41,7 @@ import sys
 from pathlib import Path
 from mpi4py import MPI
 from fenics_nnm.structure.meshing import tagged_mesh
-from fenics_nnm.output.group_table import group_table
+from fenics_nnm.structure.group_table import group_table
 from fenics_nnm.study import read_study
 
 text = group_table(tagged_mesh(read_study(Path(sys.argv[1])), MPI.COMM_WORLD))
@@ -196,8 +196,8 @@ def test_picked_groups_are_the_same(study_file: StudyFile, tmp_path: Path) -> No
     "name",
     [
         "resolution.auto.linear_analysis",
-        "output.mesh_report.gathered_basis",
-        "output.mesh_report.write_linear_modes",
+        "structure.mesh_structure.gathered_basis",
+        "running.publishing.write_linear_modes",
     ],
 )
 def test_failure_of_one_rank_ends_all(
@@ -239,7 +239,7 @@ def assert_ends_all(
 def test_failure_of_all_ranks_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
     error = 'ZeroDivisionError("by zero")'
     script = failing_script(
-        tmp_path, name="output.mesh_report.write_linear_modes", error=error, ranks=[0, 1]
+        tmp_path, name="running.publishing.write_linear_modes", error=error, ranks=[0, 1]
     )
     ended = on_ranks(2, script, "run", study_file(PLATE), "--output", "out", folder=tmp_path)
     assert ended.code == 1, ended.err

@@ -91,7 +91,7 @@ def test_bilinear_oscillator_meets_its_tolerance(
     bilinear: ModuleType, tmp_path: Path, tolerance: float
 ) -> None:
     chosen = choice(bilinear_study(tmp_path, tolerance), MPI.COMM_SELF)
-    branch = nonlinear_mode(chosen.study, chosen.analysis)
+    branch = nonlinear_mode(chosen.study, chosen.linear)
     assert branch.complete
     errors = [
         abs(p.motion.frequency / bilinear.exact_frequency(p.motion.energy) - 1)
@@ -169,7 +169,7 @@ def test_a_branch_that_is_not_accurate_enough_is_followed_again(
     tmp_path: Path, monkeypatch: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Probes that see nothing leave the least numbers, which the points show to be too few."""
-    monkeypatch.setattr("fenics_nnm.resolution.auto.probes", lambda study, model: ())
+    monkeypatch.setattr("fenics_nnm.resolution.auto.probes", lambda prepared: ())
     study = bilinear_study(tmp_path, 1e-4)
     with caplog.at_level(logging.INFO, "fenics_nnm"):
         result = run_study(study, "", tmp_path / "out", comm=MPI.COMM_SELF)
@@ -322,4 +322,4 @@ def test_all_kinds_of_studies(changes: dict[str, Any], tmp_path: Path) -> None:
     linear = values["continuation"].get("energies", {}).get("to") == 0.9
     assert linear == (auto["harmonics_error"] == 0)
     assert result.summary["harmonics"] >= 5
-    assert result.told.startswith(f"harmonics = {result.summary['harmonics']}, samples = ")
+    assert result.message.startswith(f"harmonics = {result.summary['harmonics']}, samples = ")

@@ -17,6 +17,7 @@ from mpi4py import MPI
 from fenics_nnm.backbone.follow import EnergyContinuation
 from fenics_nnm.cli import main
 from fenics_nnm.errors import StudyError
+from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.mechanics.fourier import CosineSeries
 from fenics_nnm.mechanics.model import ReducedModel
@@ -299,7 +300,7 @@ def test_changed_mesh_is_refused_before_anything_is_written(tmp_path: Path) -> N
     model = header.model
     stiffer = ReducedModel(model.omega * 1.01, model.Phi, model.R, model.gap)
     path.unlink()
-    branch_file.create(path, replace(header, model=stiffer), {}, points)
+    branch_file.create(path, replace(header, model=stiffer), Data({}), points)
     before = contents(tmp_path)
     with pytest.raises(StudyError, match=r"frequency 1 was \d.* Hz and is \d.* Hz now"):
         run(text, tmp_path, resume=True)

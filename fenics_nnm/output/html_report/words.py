@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,9 +52,9 @@ _DOUBTFUL = {
 }
 
 
-def study_of(results: Results) -> dict[str, Any]:
+def study_of(results: Results) -> Mapping[str, Any]:
     """The values of the study file."""
-    return tomllib.loads(results.header.study)
+    return results.header.values
 
 
 def title_of(results: Results) -> str:

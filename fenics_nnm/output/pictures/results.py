@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,7 +78,7 @@ class Results:
     @property
     def chosen(self) -> tuple[BranchPoint, ...]:
         """Points that pictures of motions show: those reported, or else the branch's ends."""
-        continuation = tomllib.loads(self.header.study).get("continuation", {})
+        continuation = self.header.values.get("continuation", {})
         wanted = continuation.get("report_at", [])
         return _spread(_first_of_each(self.points, wanted) or self.touching or self.points)
 

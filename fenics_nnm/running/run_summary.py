@@ -19,11 +19,9 @@ from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.point import VERIFIED
 from fenics_nnm.backbone.point_numbers import return_error
 from fenics_nnm.mechanics.rest import RestState
-from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.resolution.auto import Choice
-from fenics_nnm.results.auto_report import summary_of
-from fenics_nnm.structure.analysis import linear_frequencies, wanted_motions
-from fenics_nnm.study import Study
+from fenics_nnm.running.auto_report import summary_of
+from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.time_domain.bifurcations import Bifurcation
 
 
@@ -41,7 +39,6 @@ def versions() -> dict[str, str]:
 
 def run_summary(
     chosen: Choice,
-    analysis: Analysis,
     branch: Branch,
     timings: Mapping[str, float],
     *,
@@ -51,23 +48,22 @@ def run_summary(
 
     Args:
         chosen: Its study with the numbers that were found for "auto".
-        analysis: Linear analysis of its structure.
         branch: The branch.
         timings: Seconds of each stage.
         inputs: Digests of the files that the study names, by key.
     """
-    study = chosen.study
-    first = study.mode.number - 1
-    rest, amplitude = analysis.model.at_rest(), analysis.model.grazing_amplitude(first)
+    prepared, study, linear = chosen.prepared, chosen.study, chosen.linear
+    first = prepared.mode
+    rest, amplitude = linear.model.at_rest(), linear.model.grazing_amplitude(first)
     return {
         "title": study.title,
-        **report_of(analysis).sizes(),
+        **linear.sizes(),
         "mode": study.mode.number,
         "harmonics": study.resolution.harmonics,
         "samples": study.resolution.samples,
-        "linear_frequencies_Hz": [float(f) for f in linear_frequencies(analysis)],
+        "linear_frequencies_Hz": [float(f) for f in prepared.linear_frequencies],
         **_at_rest(rest, first),
-        "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi) or None,
+        "no_mode_missed_below_Hz": linear.modes.checked_below / (2 * np.pi) or None,
         "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
         **summary_of(chosen, branch),
         "points": len(branch.points),
@@ -83,7 +79,7 @@ def run_summary(
         "bifurcations_not_located": [list(g) for g in branch.bifurcations.unlocated],
         "largest_return_error": _largest_return_error(branch),
         "complete": branch.complete,
-        "failures": _failures(study, branch),
+        "failures": _failures(prepared, branch),
         "reason": branch.reason,
         "timings": dict(timings),
         "inputs_sha256": dict(inputs),
@@ -105,9 +101,9 @@ def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:
     }
 
 
-def _failures(study: Study, branch: Branch) -> list[dict[str, Any]]:
+def _failures(prepared: Prepared, branch: Branch) -> list[dict[str, Any]]:
     """Wanted motions that were not found: the ratio that is stepped, and the reason."""
-    name = wanted_motions(study).name
+    name = prepared.wanted.name
     return [{name: ratio, "reason": why} for ratio, why in branch.failures]
 
 

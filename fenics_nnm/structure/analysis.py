@@ -16,13 +16,10 @@ from fenics_nnm.backbone.follow import (
     ArcContinuation,
     Branch,
     Continuation,
-    EnergyContinuation,
-    FrequencyContinuation,
     follow,
 )
 from fenics_nnm.backbone.levels import HarmonicBalance, contact_model
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
@@ -42,7 +39,6 @@ from fenics_nnm.structure.body import body_of
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
-from fenics_nnm.study.continuation import ArcLengthSection
 
 Analysis = LinearAnalysis | MatrixAnalysis
 """All that is linear of a study."""
@@ -109,7 +105,6 @@ def _analysis_of_matrices(
         K, M, B = (read_matrix(path, name) for path, name in study.matrices.places)
         matrices = Matrices(K, M, B, study.contact.gap)
     chosen = study.reduction
-    assert chosen.method != "none"  # refused by the study
     modes = _mode_count(study, at_most, matrices.massive - matrices.massive_points)
     return matrix_analysis(matrices, modes=modes, method=chosen.method, stages=stages)
 
@@ -144,7 +139,7 @@ def _analysis_of_mesh(
 def _modal_solver(study: MeshStudy, solid: Solid) -> ModalSolver:
     """The solver of a study; reductions other than the massless one need factors."""
     chosen = study.solver.linear
-    if chosen == "auto" and study.reduction.method != "massless":
+    if chosen == "auto" and study.reduction.needs_factors:
         chosen = "direct"
     return modal_solver(solid, chosen, study.solver.memory)
 
@@ -210,32 +205,14 @@ def wanted_motions(study: Study) -> Continuation:
 
     The motion that a branch begins at is not read from its file yet.
     """
-    chosen = study.continuation
-    if chosen.frequencies:
-        over = chosen.frequencies
-        return FrequencyContinuation(over.start, over.stop, over.step, report_at=chosen.report_at)
-    energies = chosen.energies
-    if not chosen.by_arc:
-        return EnergyContinuation(
-            energies.start, energies.stop, energies.step, report_at=chosen.report_at
-        )
-    steps = chosen.arc_length or ArcLengthSection()
-    predictor = Predictor(steps.predictor)
-    return ArcContinuation(
-        energies.start,
-        energies.stop,
-        energies.step if chosen.parameter == "energy" else None,
-        report_at=chosen.report_at,
-        arc=ArcLength(**{**steps.model_dump(), "predictor": predictor}),
-        harmonic=study.mode.harmonic,
-    )
+    return study.continuation.wanted(study.mode.harmonic)
 
 
 def _with_beginning(
     wanted: Continuation, study: Study, analysis: LinearAnalysis | MatrixAnalysis
 ) -> Continuation:
     """What is wanted, with the motion of an earlier run to begin at, if there is one."""
-    chosen = study.continuation.start
+    chosen = study.continuation.beginning
     if chosen is None or not isinstance(wanted, ArcContinuation):
         return wanted
     return replace(wanted, begin=beginning(chosen, analysis.model, harmonic_balance(study)))
@@ -258,8 +235,7 @@ def model_in_contact(study: Study, analysis: LinearAnalysis | MatrixAnalysis) ->
 
 def _interface_forces(study: MeshStudy, solid: Solid, interface: ContactInterface) -> Array:
     """Unit forces of the interface coordinates that the reduction keeps, shape (n_owned, i)."""
-    chosen = study.reduction
-    if chosen.method == "craig-bampton" and chosen.interface != "contact":
+    if study.reduction.all_directions:
         return interface.unit_forces_all_directions(solid.owned)
     return interface.unit_forces(solid.owned)
 

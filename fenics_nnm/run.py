@@ -20,7 +20,7 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import conducted, on_root
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
-from fenics_nnm.output.pictures.backbone import plot_backbone
+from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.resolution.auto import Choice, choice, improved
 from fenics_nnm.results import branch_file, journal
@@ -119,7 +119,7 @@ def run_study(
         if comm.rank == 0:
             with uninterrupted():
                 _note(error, rescue(staging))
-        if isinstance(error, OSError) and not isinstance(error, OutputError):
+        if isinstance(error, OSError):
             raise _unwritable(error, folder) from error
         raise
     finally:
@@ -234,10 +234,12 @@ class _Recorder:
             folder / "backbone.png",
             branch.points,
             title=self.study.title,
-            linear_frequency=float(linear_frequencies(analysis)[self.study.mode.number - 1]),
+            linear=LinearMode(
+                float(linear_frequencies(analysis)[self.study.mode.number - 1]),
+                analysis.model.at_rest().at_one(self.study.mode.number - 1),
+            ),
             failures=summary["failures"],
             bifurcations=branch.bifurcations.located,
-            at_one=analysis.model.at_rest().at_one(self.study.mode.number - 1),
         )
         write_summary(folder / "summary.json", summary)
 

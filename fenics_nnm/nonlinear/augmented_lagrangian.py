@@ -173,7 +173,7 @@ class _Loop:
             iterations=steps,
             failure=f"the multiplier loop stalled after {self.loop.iterations} steps: the "
             f"{measure} measure stays at {stalled:.1e}, wanted {self.loop.tolerance:.1e}; "
-            "raise augmented_lagrangian.iterations or penalty",
+            "raise the iterations or the penalty of the loop",
         )
 
     def _first_constraint(self, omega: float) -> Constraint:

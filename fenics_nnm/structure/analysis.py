@@ -32,11 +32,11 @@ from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
-from fenics_nnm.reduction.matrix_files import read_matrix
 from fenics_nnm.results.start import beginning
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.body import body_of
 from fenics_nnm.structure.contact_patches import contact_patches
+from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
 
@@ -179,7 +179,7 @@ def nonlinear_mode(
     wanted = _with_beginning(wanted_motions(study), study, analysis)
     span = wanted.stop - wanted.start
     with stages.stage("backbone"):
-        return follow(
+        branch = follow(
             analysis.model,
             wanted,
             harmonic_balance(study),
@@ -191,6 +191,13 @@ def nonlinear_mode(
             on_point=on_point,
             on_progress=lambda place: stages.report((place - wanted.start) / span),
         )
+    return branch if branch.complete else _advised(branch, study)
+
+
+def _advised(branch: Branch, study: Study) -> Branch:
+    """A branch without all that was wanted, with the keys of the study that may help."""
+    advice = study.continuation.advice(study.resolution.samples)
+    return replace(branch, reason=f"{branch.reason}; {advice}")
 
 
 def linear_frequencies(analysis: Analysis) -> Array:

@@ -15,6 +15,9 @@ from fenics_nnm.study.tagged import tag_text, value_of
 
 Stepping = Literal["energy", "frequency", "arc-length"]
 
+#: From this number of samples on, more of them did not help the studies that were tried.
+_ENOUGH_SAMPLES = 64
+
 _PARAMETERS = 'what is stepped: "energy", "frequency" or "arc-length"'
 _RESONANCES = '"skip": stay on the main branch; "follow": through it, by arc-length'
 _ENERGIES = "range { from, to, step } of gamma ratios"
@@ -161,6 +164,25 @@ class _Branch(Record):
         """Whether the branch is followed by its length."""
         return self.stepping == "arc-length"
 
+    def advice(self, samples: int) -> str:
+        """Keys of the study that may help where motions are missing.
+
+        Few samples see a contact of short duration at one instant or none, so the sampled force
+        jumps as the contact moves past them. With enough of them it is internal resonances that
+        hide motions, and these are others in other truncations.
+
+        Args:
+            samples: Number of samples in time.
+        """
+        if samples < _ENOUGH_SAMPLES:
+            return f"raise mode.samples = {samples}, as contact may be short: 128 are usual"
+        return self._remedy
+
+    @property
+    def _remedy(self) -> str:
+        """Keys that may help where samples are enough."""
+        return "another number of mode.harmonics, or fewer reduction.modes, may reach more"
+
     def position_keys(self) -> Iterator[tuple[str, Any]]:
         """Keys and values that the positions of points along the branch depend on."""
         yield "continuation.parameter", "energy"
@@ -238,6 +260,13 @@ class FrequencySection(_Branch):
         over = self.frequencies
         return FrequencyContinuation(over.start, over.stop, over.step, report_at=self.report_at)
 
+    def advice(self, samples: int) -> str:
+        """Keys of the study that may help where motions are missing, see `EnergySection`."""
+        return (
+            "contact may not raise this mode to all continuation.frequencies; "
+            f"{super().advice(samples)}"
+        )
+
     def position_keys(self) -> Iterator[tuple[str, Any]]:
         """Keys and values that the positions of points along the branch depend on."""
         yield "continuation.parameter", self.parameter
@@ -262,6 +291,10 @@ class _ByArc(_OverEnergies):
     def beginning(self) -> StartSection | None:
         """A motion of an earlier run to begin at, None for the linear mode."""
         return self.start
+
+    @property
+    def _remedy(self) -> str:
+        return "the bounds of steps are keys of continuation.arc_length"
 
     @property
     def _every(self) -> float | None:

@@ -20,9 +20,9 @@ from test_mpi import on_ranks, own_lines
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.reduction.matrix_files import read_matrix
 from fenics_nnm.results import branch_file
 from fenics_nnm.structure.analysis import linear_analysis
+from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.study import study_from
 
 StudyFile = Callable[..., Path]

@@ -134,3 +134,23 @@ def test_keys_that_are_absent_for_a_reason_are_no_keys() -> None:
     assert len(with_reasons) >= 6
     for record in with_reasons:
         assert not record.absent.keys() & record.model_fields.keys(), record
+
+
+BY_FREQUENCY = {"parameter": "frequency", "frequencies": {"from": 1.01, "to": 1.1}}
+
+
+@pytest.mark.parametrize(
+    ("continuation", "samples", "words"),
+    [
+        ({}, 7, "raise mode.samples = 7,"),
+        ({}, 64, "mode.harmonics, or fewer reduction.modes"),
+        (BY_FREQUENCY, 128, "to all continuation.frequencies; another"),
+        (BY_FREQUENCY, 9, "to all continuation.frequencies; raise mode"),
+        ({"parameter": "arc-length"}, 128, "keys of continuation.arc_length"),
+        ({"internal_resonance": "follow"}, 9, "raise mode.samples = 9,"),
+    ],
+)
+def test_keys_are_named_where_motions_are_missing(
+    continuation: dict[str, Any], samples: int, words: str
+) -> None:
+    assert words in study_of(continuation={"=": continuation}).continuation.advice(samples)

@@ -24,7 +24,7 @@ from fenics_nnm.output.pictures.backbone import plot_backbone
 from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.resolution.auto import Choice, choice, improved
 from fenics_nnm.results import branch_file, journal
-from fenics_nnm.results.auto_report import told, warn_of
+from fenics_nnm.results.auto_report import found_numbers, warn_of
 from fenics_nnm.results.journal import Journal
 from fenics_nnm.results.resume import (
     StoredRun,
@@ -58,13 +58,13 @@ class RunResult:
         folder: Where the results are.
         branch: The branch, with the reason of its end.
         summary: Contents of summary.json.
-        told: The numbers found for "auto" in a line; empty where all were given.
+        message: The numbers found for "auto" in a line; empty where all were given.
     """
 
     folder: Path
     branch: Branch
     summary: dict[str, Any]
-    told: str = ""
+    message: str = ""
 
 
 def run_study(
@@ -81,7 +81,7 @@ def run_study(
 
     Results are made in a folder of their own and moved to `folder` when the branch has ended, so
     that a run that fails leaves older results alone. Where there are no older ones, the points
-    of an interrupted run are moved there too. What a killed run left is told and left alone.
+    of an interrupted run are moved there too. What a killed run left is reported and left alone.
 
     Args:
         study: Study.
@@ -128,7 +128,7 @@ def run_study(
     if comm.rank == 0:
         _warn(branch)
         warn_of(recorder.chosen, branch)
-    return RunResult(folder, branch, summary, told(recorder.chosen, branch))
+    return RunResult(folder, branch, summary, found_numbers(recorder.chosen, branch))
 
 
 def _followed(recorder: _Recorder, analyse: Analyse | None) -> tuple[_Recorder, Branch]:

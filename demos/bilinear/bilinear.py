@@ -83,7 +83,7 @@ def worst_automatic_error(tolerance: float) -> float:
         points, key=lambda p: abs(p.motion.frequency / exact_frequency(p.motion.energy) - 1)
     )
     error = abs(worst.frequency / exact_frequency(worst.energy) - 1)
-    print(f"| {tolerance:.0e} | {result.told} | {error:.1e} | {worst.gamma_ratio:g} |")
+    print(f"| {tolerance:.0e} | {result.message} | {error:.1e} | {worst.gamma_ratio:g} |")
     return error
 
 

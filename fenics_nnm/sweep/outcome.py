@@ -29,7 +29,7 @@ class Standing(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class CurvePoint:
     """A point of a backbone, as backbone.csv has it; frequency in Hz, energy in J."""
 
     gamma_ratio: float
@@ -49,23 +49,23 @@ class Outcome:
             "failed" or "not run".
         message: Why it is not complete; empty if it is.
         linear_frequency: Frequency of its linear mode in Hz; None without results.
-        places: Its points in the order of the branch.
+        points: Its points in the order of the branch.
     """
 
     case: Case
     status: str
     message: str = ""
     linear_frequency: float | None = None
-    places: tuple[Place, ...] = ()
+    points: tuple[CurvePoint, ...] = ()
 
     @property
     def complete(self) -> bool:
         """Whether all that was asked for is there."""
         return self.status == "complete"
 
-    def at(self, ratio: float) -> Place | None:
+    def at(self, ratio: float) -> CurvePoint | None:
         """The first point at a gamma ratio, none if there is none."""
-        found = (each for each in self.places if abs(each.gamma_ratio - ratio) <= SAME_RATIO)
+        found = (each for each in self.points if abs(each.gamma_ratio - ratio) <= SAME_RATIO)
         return next(found, None)
 
 
@@ -113,8 +113,8 @@ def outcome_of(case: Case, standing: Standing, failure: str = "") -> Outcome:
     """
     if standing is not Standing.ENDED:
         status = "failed" if failure else standing.value
-        told = "" if standing is Standing.NEW else "its points are kept: sweep again to go on"
-        return Outcome(case, status, failure or told)
+        advice = "" if standing is Standing.NEW else "its points are kept: sweep again to go on"
+        return Outcome(case, status, failure or advice)
     summary = _read(case.folder / "summary.json")
     complete = summary["complete"]
     return Outcome(
@@ -122,7 +122,7 @@ def outcome_of(case: Case, standing: Standing, failure: str = "") -> Outcome:
         "complete" if complete else "incomplete",
         "" if complete else summary["reason"],
         summary["linear_frequencies_Hz"][case.study.mode.number - 1],
-        _places(case.folder / "backbone.csv"),
+        _points_in(case.folder / "backbone.csv"),
     )
 
 
@@ -133,16 +133,16 @@ def _read(path: Path) -> dict[str, Any]:
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
-def _places(path: Path) -> tuple[Place, ...]:
+def _points_in(path: Path) -> tuple[CurvePoint, ...]:
     try:
         with path.open(newline="") as file:
-            return tuple(_place(row) for row in csv.DictReader(file))
+            return tuple(_point_of(row) for row in csv.DictReader(file))
     except (OSError, KeyError, ValueError) as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
-def _place(row: Mapping[str, str]) -> Place:
-    return Place(
+def _point_of(row: Mapping[str, str]) -> CurvePoint:
+    return CurvePoint(
         gamma_ratio=float(row["gamma_ratio"]),
         frequency=float(row["frequency_Hz"]),
         energy=float(row["energy_J"]),

@@ -44,21 +44,21 @@ def write_table(plan: Plan, outcomes: Sequence[Outcome]) -> None:
 
 
 def _cells(plan: Plan, outcome: Outcome) -> Iterator[str]:
-    case, places = outcome.case, outcome.places
+    case, points = outcome.case, outcome.points
     yield str(case.number)
     for setting in case.settings:
         yield setting.value if isinstance(setting.value, str) else toml_value(setting.value)
     yield outcome.status
     yield _printed(outcome.linear_frequency)
     for ratio in plan.ratios:
-        place = outcome.at(ratio)
-        yield _printed(place.frequency if place else None)
-        yield _printed(place.energy if place else None)
-    counts = Counter(place.status for place in places)
-    yield str(len(places)) if outcome.linear_frequency is not None else ""
+        point = outcome.at(ratio)
+        yield _printed(point.frequency if point else None)
+        yield _printed(point.energy if point else None)
+    counts = Counter(point.status for point in points)
+    yield str(len(points)) if outcome.linear_frequency is not None else ""
     for status in STATUSES:
         yield str(counts[status]) if outcome.linear_frequency is not None else ""
-    yield _printed(max((place.gamma_ratio for place in places), default=None))
+    yield _printed(max((point.gamma_ratio for point in points), default=None))
     yield str(case.folder.name)
     yield outcome.message
 

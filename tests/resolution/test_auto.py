@@ -322,4 +322,4 @@ def test_all_kinds_of_studies(changes: dict[str, Any], tmp_path: Path) -> None:
     linear = values["continuation"].get("energies", {}).get("to") == 0.9
     assert linear == (auto["harmonics_error"] == 0)
     assert result.summary["harmonics"] >= 5
-    assert result.told.startswith(f"harmonics = {result.summary['harmonics']}, samples = ")
+    assert result.message.startswith(f"harmonics = {result.summary['harmonics']}, samples = ")

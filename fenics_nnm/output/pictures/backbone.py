@@ -137,7 +137,7 @@ def frequency_plots(results: Results) -> list[Plot]:
     axes = [
         ("gamma ratio", over_gamma, GAMMA, results.ratios),
         ("energy", "the total energy in J", _ENERGY, _energies(results.points)),
-        ("amplitude", amplitude.told, amplitude.label, amplitude.values),
+        ("amplitude", amplitude.words, amplitude.label, amplitude.values),
     ]
     return [_frequency_plot(results, *each) for each in axes]
 
@@ -145,7 +145,7 @@ def frequency_plots(results: Results) -> list[Plot]:
 def _frequency_plot(
     results: Results,
     over: str,
-    told: str,
+    words: str,
     abscissa_label: str,
     abscissa: Array,
 ) -> Plot:
@@ -174,7 +174,7 @@ def _frequency_plot(
     return Plot(
         name=f"frequency_{over.split()[0]}",
         title=f"Frequency over {over}",
-        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {told}."
+        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {words}."
         + (explained if over == "gamma ratio" else " Marks and lines as over the gamma ratio."),
         group="frequency",
         figure=figure,
@@ -307,11 +307,11 @@ def _number_resonances(axes: Axes, x: Array, points: Sequence[BranchPoint]) -> s
 
 def _verdicts(points: Sequence[BranchPoint]) -> str:
     """What the marks of the points mean."""
-    told = {
+    words = {
         VERIFIED: "verified: confirmed by integration in time",
         CONVERGED: "converged: solves its equations, not confirmed in time",
         RESONANT: "inside resonance: another mode draws energy",
         FAILED: "failed: integration in time contradicts it",
     }
     found = {point.status for point in points}
-    return " Points are " + "; ".join(text for name, text in told.items() if name in found) + "."
+    return " Points are " + "; ".join(text for name, text in words.items() if name in found) + "."

@@ -190,8 +190,8 @@ def _entries(
     entries = []
     colours = colours_of_parts(len(groups.facets))
     for colour, (name, corners) in zip(colours, groups.facets.items(), strict=True):
-        told = [f"{len(corners)} facets", roles.get(name) or _covered(groups, corners, roles)]
-        entries.append((kind, colour, f"{name} ({', '.join(filter(None, told))})"))
+        notes = [f"{len(corners)} facets", roles.get(name) or _covered(groups, corners, roles)]
+        entries.append((kind, colour, f"{name} ({', '.join(filter(None, notes))})"))
     if len(groups.cells) > 1:
         colours = colours_of_parts(len(groups.cells), light=True)
         entries += [

@@ -40,6 +40,7 @@ from pathlib import Path
 import numpy as np
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.fem.blocks import Data
 from fenics_nnm.results import branch_file, journal, staging
 from fenics_nnm.mechanics.model import ReducedModel
 

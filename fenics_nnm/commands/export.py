@@ -90,4 +90,4 @@ def _fields(names: str) -> tuple[FieldName, ...]:
 
 def _told(point: BranchPoint) -> str:
     status = f", {point.status}" if point.status else ""
-    return f"gamma ratio {point.gamma_ratio:g}: {point.frequency:.6g} Hz{status}"
+    return f"gamma ratio {point.gamma_ratio:g}: {point.motion.frequency:.6g} Hz{status}"

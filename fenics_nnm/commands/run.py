@@ -92,7 +92,7 @@ def result_table(result: RunResult, study: Study) -> Table:
     for point in reported or points[:: max(1, len(points) // 10)]:
         table.add_row(
             f"{point.gamma_ratio:g}",
-            f"{point.frequency:.4f}",
+            f"{point.motion.frequency:.4f}",
             f"{point.frequency_ratio:.5f}",
             point.status,
         )

@@ -14,7 +14,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.linear_step import linear_step
-from fenics_nnm.nonlinear.newton import Solution, Unknowns
+from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.reduction.truncation import LeftOut, ReducedMotion, Truncation
 
 
@@ -24,7 +24,8 @@ class ReductionError:
 
     Attributes:
         residual: Norm of the residual in K^-1, over the square root of k^.
-        frequency: Expected relative error of the frequency, at the same gamma.
+        frequency: Expected relative error of the frequency, at the same gamma; nan where the
+            linearised step to full order is not defined.
     """
 
     residual: float
@@ -33,7 +34,6 @@ class ReductionError:
 
 #: Error at full order, and of a model that is all there is to know of a structure.
 NO_ERROR = ReductionError(0.0, 0.0)
-UNKNOWN_ERROR = ReductionError(float("nan"), float("nan"))
 
 
 def reduction_error(
@@ -65,16 +65,15 @@ def _reduced_motion(equations: HarmonicEquations, solution: Solution) -> Reduced
         order=series.order,
         mean_square=series.mean_square,
         q=solution.q,
-        ell=equations.force_harmonics(forces),
-        gamma_weight=equations.gamma_weight,
+        ell=series.analysis @ forces.force,
+        gamma_weight=equations.energy.weight,
         pushed=pushed,
     )
 
 
 def _frequency_step(equations: HarmonicEquations, solution: Solution, left_out: LeftOut) -> float:
     """Change of omega in one linearised step to the full-order equations at the same gamma."""
-    at = Unknowns(solution.q, solution.omega)
     step = linear_step(
-        equations, at, solution.forces, left_out.equations, gamma_left_out=left_out.gamma
+        equations, solution.at, solution.forces, left_out.equations, gamma_left_out=left_out.gamma
     )
     return float("nan") if step is None else step.omega

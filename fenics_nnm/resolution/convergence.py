@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
+from fenics_nnm.backbone import point_numbers as numbers
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.parallel import on_root
@@ -184,9 +185,11 @@ def _rows(
                     source=source,
                     number=number,
                     gamma_ratio=ratio,
-                    frequency=point.frequency if point else np.nan,
+                    frequency=point.motion.frequency if point else np.nan,
                     expected=_expected(source, point) if point else np.nan,
-                    true=point.frequency / exact.frequency - 1 if point and exact else np.nan,
+                    true=point.motion.frequency / exact.motion.frequency - 1
+                    if point and exact
+                    else np.nan,
                     status=point.status if point else "no motion found",
                 )
             )
@@ -195,8 +198,8 @@ def _rows(
 
 def _expected(source: str, point: BranchPoint) -> float:
     errors = {
-        "harmonics": point.harmonics_error,
-        "samples": point.samples_error,
-        "modes": point.reduction_error,
+        "harmonics": numbers.harmonics_error(point),
+        "samples": numbers.samples_error(point),
+        "modes": numbers.reduction_error(point),
     }
     return errors[source]

@@ -11,6 +11,7 @@ from fenics_nnm.backbone.follow import EnergyContinuation, FrequencyContinuation
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.resonance import passing
+from fenics_nnm.nonlinear.series_error import SeriesError
 from fenics_nnm.structure.prepared import Prepared
 
 #: Number of energies. Their distance from grazing goes with the cube of their number, since the
@@ -56,12 +57,19 @@ def probed(prepared: Prepared, ratios: Sequence[float]) -> tuple[BranchPoint, ..
     if prepared.linear.model.massless:
         return points
     finer = replace(balance, harmonics=2 * balance.harmonics, samples=2 * balance.samples)
-    true = {p.gamma_ratio: p.frequency for p in solved(replace(prepared, balance=finer), ratios)}
+    solutions = solved(replace(prepared, balance=finer), ratios)
+    true = {p.gamma_ratio: p.motion.frequency for p in solutions}
     return tuple(
-        replace(point, harmonics_error=point.frequency / true[point.gamma_ratio] - 1)
+        _with_series_error(point, true[point.gamma_ratio])
         for point in points
         if point.gamma_ratio in true
     )
+
+
+def _with_series_error(point: BranchPoint, true: float) -> BranchPoint:
+    """A point with the error of its series, all of it taken to be that of the harmonics."""
+    error = SeriesError(point.motion.frequency / true - 1, samples=0.0, remainder=0.0)
+    return replace(point, expected=replace(point.expected, series=error))
 
 
 def solved(prepared: Prepared, ratios: Sequence[float]) -> tuple[BranchPoint, ...]:

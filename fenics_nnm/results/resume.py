@@ -9,6 +9,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.follow import ArcContinuation, Branch, Continuation
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import NonlinearModeError, StudyError
@@ -140,7 +141,12 @@ def known_points(
         points = list(takewhile(lambda point: low <= point.gamma_ratio <= high, run.points))
     else:
         points = [point for point in run.points if low <= point.position <= high]
-    return tuple(replace(point, q=point.q * signs) for point in points)
+    return tuple(_with_signs(point, signs) for point in points)
+
+
+def _with_signs(point: BranchPoint, signs: Array) -> BranchPoint:
+    """A point in modal coordinates of other signs."""
+    return replace(point, motion=replace(point.motion, q=point.motion.q * signs))
 
 
 def remove_taken_over(stopped: tuple[Stopped, ...], text: str, branch: Branch) -> None:

@@ -86,7 +86,7 @@ def store(points: Journal, point: BranchPoint) -> None:
     logger.info(
         "gamma ratio %.6g: %.6f Hz, %.6g J, %d Newton steps",
         point.gamma_ratio,
-        point.frequency,
-        point.energy,
-        point.iterations,
+        point.motion.frequency,
+        point.motion.energy,
+        point.notes.iterations,
     )

@@ -16,7 +16,8 @@ import slepc4py
 
 import fenics_nnm
 from fenics_nnm.backbone.branch import Branch
-from fenics_nnm.backbone.verdict import VERIFIED
+from fenics_nnm.backbone.point import VERIFIED
+from fenics_nnm.backbone.point_numbers import return_error
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.running.auto_report import summary_of
@@ -69,9 +70,9 @@ def run_summary(
         "statuses": dict(Counter(point.status for point in branch.points)),
         "not_verified": _not_verified(branch),
         "events": [
-            {"kind": p.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
+            {"kind": p.notes.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
             for p in branch.points
-            if p.event
+            if p.notes.event
         ],
         "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
         "bifurcations": [_in_summary(each) for each in branch.bifurcations.located],
@@ -108,7 +109,7 @@ def _failures(prepared: Prepared, branch: Branch) -> list[dict[str, Any]]:
 
 def _largest_return_error(branch: Branch) -> float | None:
     """Largest distance from its start of a motion integrated over its period; None if unknown."""
-    errors = [point.return_error for point in branch.points]
+    errors = [return_error(point) for point in branch.points]
     return max(errors) if errors and np.all(np.isfinite(errors)) else None
 
 

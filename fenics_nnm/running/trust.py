@@ -7,8 +7,8 @@ import logging
 import numpy as np
 
 from fenics_nnm.backbone.follow import Branch
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, STATUSES
+from fenics_nnm.backbone.point import CONVERGED, FAILED, RESONANT, STATUSES, BranchPoint
+from fenics_nnm.backbone.point_numbers import return_error
 
 logger = logging.getLogger(__name__)
 
@@ -33,7 +33,7 @@ def warn_of_points(branch: Branch) -> None:
             "; ".join(sorted({point.resonance for point in resonant})),
         )
     if converged := by_status[CONVERGED]:
-        unchecked = any(np.isnan(point.return_error) for point in converged)
+        unchecked = any(point.returned is None for point in converged)
         logger.log(
             logging.WARNING if unchecked else logging.INFO,
             "%d of %d points solve their equations, but are not verified in time: %s",
@@ -47,5 +47,5 @@ def _first_reason(points: list[BranchPoint]) -> str:
     """Why the worst of some points is not verified, or what is said of all of them."""
     if len({point.reason for point in points}) == 1:
         return points[0].reason
-    worst = max(points, key=lambda point: np.nan_to_num(point.return_error, nan=np.inf))
+    worst = max(points, key=lambda point: np.nan_to_num(return_error(point), nan=np.inf))
     return f"at gamma ratio {worst.gamma_ratio:g} {worst.reason}"

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fenics_nnm.backbone.verdict import FAILED, RESONANT
+from fenics_nnm.backbone.point import FAILED, RESONANT
 from fenics_nnm.output.pictures.style import (
     BLUE,
     CURVES,

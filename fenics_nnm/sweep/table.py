@@ -6,7 +6,7 @@ import csv
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from fenics_nnm.backbone.verdict import STATUSES
+from fenics_nnm.backbone.point import STATUSES
 from fenics_nnm.results.durable import replacing
 from fenics_nnm.study.toml_text import toml_value
 from fenics_nnm.sweep.outcome import Outcome

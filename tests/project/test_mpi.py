@@ -118,8 +118,8 @@ def test_two_ranks_have_the_same_patches(
     one, two = (branch_file.read(tmp_path / name / "branch.h5") for name in ("one", "two"))
     np.testing.assert_allclose(two[0].model.R, one[0].model.R, rtol=1e-9)
     np.testing.assert_allclose(np.abs(two[0].model.Phi), np.abs(one[0].model.Phi), atol=1e-7)
-    assert [point.frequency for point in two[1]] == pytest.approx(
-        [point.frequency for point in one[1]], rel=1e-8
+    assert [point.motion.frequency for point in two[1]] == pytest.approx(
+        [point.motion.frequency for point in one[1]], rel=1e-8
     )
     with h5py.File(tmp_path / "one/branch.h5") as a, h5py.File(tmp_path / "two/branch.h5") as b:
         for name in ("points", "directions", "areas", "patches", "patch_names"):

@@ -93,7 +93,10 @@ def test_bilinear_oscillator_meets_its_tolerance(
     chosen = choice(bilinear_study(tmp_path, tolerance), MPI.COMM_SELF)
     branch = nonlinear_mode(chosen.study, chosen.linear)
     assert branch.complete
-    errors = [abs(p.frequency / bilinear.exact_frequency(p.energy) - 1) for p in branch.points]
+    errors = [
+        abs(p.motion.frequency / bilinear.exact_frequency(p.motion.energy) - 1)
+        for p in branch.points
+    ]
     assert tolerance / 100 < max(errors) < tolerance
 
 
@@ -126,7 +129,7 @@ def test_mesh_study(tmp_path: Path) -> None:
     fine = study.with_resolution(Resolution(20, 1024, header.resolution.modes))
     reference = nonlinear_mode(fine, linear_analysis(fine, MPI.COMM_SELF))
     for point, exact in zip(points, reference.points, strict=True):
-        assert point.frequency == pytest.approx(exact.frequency, rel=3e-3)
+        assert point.motion.frequency == pytest.approx(exact.motion.frequency, rel=3e-3)
     written = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert written["auto"] == auto
 
@@ -159,7 +162,7 @@ def test_a_resumed_run_takes_the_numbers_over(tmp_path: Path, monkeypatch: Any) 
         assert after.summary[name] == before.summary[name]
     assert after.branch.points[-1].gamma_ratio == pytest.approx(1.6)
     for point, old in zip(after.branch.points, before.branch.points, strict=False):
-        np.testing.assert_array_equal(point.q, old.q)
+        np.testing.assert_array_equal(point.motion.q, old.motion.q)
 
 
 def test_a_branch_that_is_not_accurate_enough_is_followed_again(
@@ -176,7 +179,7 @@ def test_a_branch_that_is_not_accurate_enough_is_followed_again(
     header, points = branch_file.read(tmp_path / "out" / "branch.h5")
     assert header.samples == result.summary["samples"] > 64
     assert len(points) == len(result.branch.points)
-    assert all(len(point.force) == header.samples // 2 + 1 for point in points)
+    assert all(len(point.motion.force) == header.samples // 2 + 1 for point in points)
 
 
 def test_what_cannot_be_met_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -39,9 +39,8 @@ import os, signal, sys
 from pathlib import Path
 import numpy as np
 from fenics_nnm.backbone.follow import Branch
-from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.blocks import Data
-from fenics_nnm.results import branch_file, journal, staging
+from fenics_nnm.results import branch_file, journal, staging, stored_point
 from fenics_nnm.mechanics.model import ReducedModel
 
 WATCHED = ("open", "os.", "shutil.")
@@ -55,10 +54,11 @@ def watch(event, arguments):
             os.kill(os.getpid(), signal.SIGKILL)
 
 def point(ratio, value):
-    scalars = {name: value for name in journal.SCALARS}
+    scalars = {name: value for name in stored_point.SCALARS}
     scalars.update(position=ratio, gamma_ratio=ratio, iterations=1, reason="")
     scalars.update(status="converged", resonance="", skipped="", event="", stability="")
-    return BranchPoint(**scalars, **{name: np.full((3, 2), value) for name in journal.ARRAYS})
+    arrays = {name: np.full((3, 2), value) for name in stored_point.ARRAYS}
+    return stored_point.point_from(scalars, arrays)
 
 def whole_run(folder):
     own = staging.claim(folder)
@@ -147,7 +147,7 @@ def _assert_consistent(folder: Path, count: int, *, had_older: bool) -> bool:
     for run in stopped:
         assert run.gone and run.points
         _, points = branch_file.read(run.path / "branch.h5")
-        values = [(p.gamma_ratio, p.energy, p.q.tolist()) for p in points]
+        values = [(p.gamma_ratio, p.motion.energy, p.motion.q.tolist()) for p in points]
         assert values == [(1.0 + n / 10, float(n), [[n, n]] * 3) for n in range(found)]
     return False
 

@@ -241,9 +241,11 @@ def test_displacements_by_the_snippet_of_the_docs(
         reached = (B @ u).max(axis=1)
         assert reached.max() == pytest.approx(1e-3, rel=1e-6)
         _, points = branch_file.read(tmp_path / "results/blade/branch.h5")
-        assert time[1] * len(time) == pytest.approx(1 / points[-1].frequency)
+        assert time[1] * len(time) == pytest.approx(1 / points[-1].motion.frequency)
         on_mesh = linear_analysis(study_from(base, Path("study.toml")), MPI.COMM_SELF)
-        start = on_mesh.reduction.displacement(points[-1].q.sum(axis=0), points[-1].force[0])
+        start = on_mesh.reduction.displacement(
+            points[-1].motion.q.sum(axis=0), points[-1].motion.force[0]
+        )
         np.testing.assert_allclose(u[:, 0], start[free], atol=1e-6 * np.abs(u).max())
 
 

@@ -69,7 +69,7 @@ def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
         times = "to scale" if factor == 1 else f"{factor:g} times as large"
         caption = (
             f"One period of nonlinear mode {results.header.mode} at gamma ratio "
-            f"{point.gamma_ratio:.4g} ({point.frequency:.5g} Hz). Colours: displacement in "
+            f"{point.gamma_ratio:.4g} ({point.motion.frequency:.5g} Hz). Colours: displacement in "
             f"{unit.name}, drawn {times}; lines: at rest; red balls: contact points that touch. "
             f"The middle of contact is at t / T = 0.5.{_overlap(body, factor)}"
         )
@@ -97,7 +97,7 @@ def _touching(
 
 
 def _title(point: BranchPoint) -> str:
-    return f"gamma ratio {point.gamma_ratio:.4g}, {point.frequency:.5g} Hz"
+    return f"gamma ratio {point.gamma_ratio:.4g}, {point.motion.frequency:.5g} Hz"
 
 
 def _frames(

@@ -275,7 +275,7 @@ def plan_energies(results: Results, body: StoredBranch, view: View) -> Plan:
     ]
     shapes = [
         Shape(
-            f"gamma ratio {point.gamma_ratio:.4g}\n{point.frequency:.5g} Hz",
+            f"gamma ratio {point.gamma_ratio:.4g}\n{point.motion.frequency:.5g} Hz",
             field,
         )
         for point, field in zip(results.chosen, fields, strict=True)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.harmonic import inertial_blocks
@@ -58,12 +56,7 @@ def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
     wanted = [p for p in branch.points if p.gamma_ratio in study.continuation.report_at]
     if study.full_order:
         series = ready.chosen.prepared.balance.series
-        inertia = {
-            p.position: inertial_blocks(
-                body, 2 * np.pi * p.motion.frequency, series, p.motion.force
-            )
-            for p in wanted
-        }
+        inertia = {p.position: inertial_blocks(body, series, p.motion) for p in wanted}
         led(comm, inertia, lambda blocks: branch_file.add_inertia(file, blocks))
     write_motions(
         folder,

@@ -9,6 +9,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, TooManyModesError
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import towards_obstacle
+from fenics_nnm.reduction.attached import AttachedPoints, enriched
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.reduction.truncation import massless_truncation
@@ -64,6 +65,7 @@ def massless_reduction(
     attachments: Array,
     gap: Array,
     operators: Operators,
+    points: AttachedPoints | None = None,
 ) -> Reduction:
     """Massless-boundary model of a structure, with signed mode shapes.
 
@@ -73,17 +75,25 @@ def massless_reduction(
         attachments: Static displacements under unit contact forces, K^-1 B^T, shape (n, n_c).
         gap: Gaps in m, shape (n_c,).
         operators: Products with the matrices of the structure.
+        points: Points besides those of contact at which forces act; what the modes lack of static
+            displacements under them is added to the modes.
 
     Raises:
         ModelError: if the structure cannot be reduced with so many modes or points.
     """
+    points = points or AttachedPoints.none(len(shapes))
+    modes = enriched(omega, shapes, points.rows, operators)
+    omega, shapes = modes.omega, modes.shapes
     Phi = operators.contact(shapes)
     sign = towards_obstacle(Phi)
     shapes, Phi = shapes * sign, Phi * sign
     residual_shapes = attachments - (shapes / omega**2) @ Phi.T
+    attached = operators.inner(points.rows, shapes)
     return Reduction(
         model=massless_model(omega, Phi, operators.contact(attachments), gap),
         shapes=shapes,
         residual_shapes=residual_shapes,
         truncation=massless_truncation(residual_shapes, operators),
+        forces=points.forces(attached),
+        attached=attached,
     )

@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
-from fenics_nnm.study.attachments import MassSection, SpringSection
+from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
 from fenics_nnm.study.body import BodySection, ClampSection
 from fenics_nnm.study.contact import (
     ContactSection,
@@ -112,6 +112,28 @@ class _AnyStudy(Record):
             }
         )
 
+    @property
+    def cubic(self) -> bool:
+        """Whether there are springs with a cubic stiffness."""
+        return False
+
+    @model_validator(mode="after")
+    def _cubic_springs_are_resolved(self) -> _AnyStudy:
+        if not self.cubic:
+            return self
+        harmonics, samples = self.mode.harmonics, self.mode.samples
+        if self.carries_mass or self.full_order or self.reduction.modes == "auto":
+            raise ValueError(
+                'spring.cubic: needs reduction.method = "massless" with a number of reduction.modes'
+            )
+        if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
+            raise ValueError(
+                f"mode.samples = {samples}: must be above 4 mode.harmonics = "
+                f"{4 * int(harmonics)} with cubic springs, whose force has three times as many "
+                "harmonics"
+            )
+        return self
+
     @model_validator(mode="after")
     def _tolerance_has_effect(self) -> _AnyStudy:
         if self.mode.tolerance is not None and not self.automatic:
@@ -209,6 +231,11 @@ class MeshStudy(_AnyStudy):
     output: MeshOutputSection = MeshOutputSection()
 
     @property
+    def cubic(self) -> bool:
+        """Whether there are springs with a cubic stiffness."""
+        return any(each.cubic for each in self.spring)
+
+    @property
     def clamped(self) -> tuple[str, ...]:
         """Groups of facets without displacement."""
         return self.clamp.facets if self.clamp else ()
@@ -242,14 +269,20 @@ class MatrixStudy(_AnyStudy):
     """All that a run of matrices of another code needs to know; SI units."""
 
     absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("mesh", "groups", "body", "material", "clamp", "mass", "spring", "solver"),
+        ("mesh", "groups", "body", "material", "clamp", "mass", "solver"),
         "does not go with [matrices], which hold the whole structure, held by its clamp",
     )
 
     matrices: MatrixArchive | MatrixFiles
+    spring: tuple[MatrixSpringSection, ...] = ()
     contact: MatrixContactSection
     reduction: MatrixReductionSection = MatrixMasslessSection()
     output: MatrixOutputSection = MatrixOutputSection()
+
+    @property
+    def cubic(self) -> bool:
+        """Whether there are springs with a cubic stiffness."""
+        return bool(self.spring)
 
 
 Study = MeshStudy | MatrixStudy

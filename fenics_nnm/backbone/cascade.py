@@ -14,7 +14,7 @@ from fenics_nnm.backbone.levels import Guess, Level
 from fenics_nnm.backbone.memory import forget_oldest
 from fenics_nnm.backbone.resonance import STILL, Resonance, strongest_resonance
 from fenics_nnm.backbone.slope import frequency_slope
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.nonlinear.newton import Newton
 from fenics_nnm.nonlinear.solution import Solution, evaluated
@@ -181,8 +181,9 @@ class Lift:
         """
         if any(level.multipliers is not None for level in self.levels):
             raise ModelError(
-                f"{what} needs contact points without mass: "
-                'reduction.method = "massless", or "none" with complementarity'
+                f"{what} needs contact points without mass: the massless reduction, or full order "
+                "with complementarity",
+                code=Code.MASS_AT_CONTACT,
             )
 
     def best(self, found: Sequence[Stack], neighbour: Stack | None = None) -> Stack:

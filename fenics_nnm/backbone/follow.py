@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from fenics_nnm.backbone.advice import advice
 from fenics_nnm.backbone.arc_march import ArcMarch
 from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.cascade import Lift
@@ -20,7 +19,7 @@ from fenics_nnm.backbone.targets import (
     FrequencyContinuation,
 )
 from fenics_nnm.backbone.verdict import judged
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.model import ReducedModel, Scales
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
@@ -81,11 +80,12 @@ def follow(
             mass or at full order.
     """
     if not 0 <= mode < model.modes:
-        raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
+        raise ModelError(f"mode = {mode + 1}: must be between 1 and {model.modes}", code=Code.MODE)
     if flexibility is not None and model.gap.min() <= 0:
         raise ModelError(
-            f"contact.gap = {model.gap.min():g}: must be positive at full order; gaps of any sign "
-            'need reduction.method = "massless"'
+            f"gap = {model.gap.min():g}: must be positive at full order; gaps of any sign need the "
+            "massless reduction",
+            code=Code.FULL_ORDER_GAP,
         )
     obeyed = contact_model(model, balance, full_order=flexibility is not None)
     scaled, scales = model.dimensionless(mode)
@@ -96,8 +96,6 @@ def follow(
     harmonic = continuation.harmonic if isinstance(continuation, ArcContinuation) else 1
     maker = PointMaker(finest, scales, error, _series_estimate(lift.levels[-1]), harmonic)
     found, failures, reason = _followed(lift, maker, continuation, known, on_point, on_progress)
-    if failures:
-        reason = f"{reason}; {advice(continuation, balance.series)}"
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
     verdicts = judged(
         obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting

@@ -46,6 +46,7 @@ from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.bifurcations import Bifurcations, bifurcations
 from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 
 #: A motion that misses its start by more than this part of its amplitude is no motion.
 _LARGEST_RETURN_ERROR = 1 / 3
@@ -148,7 +149,7 @@ class _Evidence:
 
 
 def _evidence(
-    flow: Flow | None, series: Series, point: BranchPoint, *, shooting: bool
+    flow: Integrator | None, series: Series, point: BranchPoint, *, shooting: bool
 ) -> _Evidence:
     if flow is None:
         return _Evidence(NOT_FOLLOWED, NO_CERTIFICATE)

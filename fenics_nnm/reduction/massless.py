@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import TooManyModesError
+from fenics_nnm.errors import Code, TooManyModesError
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import towards_obstacle
 from fenics_nnm.reduction.operators import Operators
@@ -44,14 +44,16 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
     if lowest <= 1e-12 * float(np.linalg.eigvalsh(S)[-1]):
         raise TooManyModesError(
             f"massless reduction: the residual flexibility has the eigenvalue {lowest:.3g} m/N, "
-            "which is zero to round-off: use fewer reduction.modes or fewer contact points"
+            "which is zero to round-off: use fewer modes or fewer contact points",
+            code=Code.TOO_MANY_MODES,
         )
     part = float(eigh(R, S, eigvals_only=True, subset_by_index=[0, 0])[0])
     if part < _LEAST_PART:
         raise TooManyModesError(
             f"massless reduction: the modes leave contact points {part:.1e} of their static "
             f"flexibility, less than {_LEAST_PART:g}, so that contact would be all but rigid: "
-            "use fewer reduction.modes"
+            "use fewer modes",
+            code=Code.TOO_MANY_MODES,
         )
     return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)
 

@@ -139,7 +139,7 @@ def rescue(staging: Staging) -> str:
         with suppress(OSError):  # another run may have begun in a folder made for this one
             for path in staging.made:
                 path.rmdir()
-    except OSError as error:
+    except (OSError, OutputError) as error:
         return f"what there is stays in {staging.path} ({error})"
     return ""
 
@@ -266,7 +266,7 @@ def _told(path: Path) -> Iterator[None]:
     """Errors of the operating system as a warning, as they are no matter of the present run."""
     try:
         yield
-    except OSError as error:
+    except (OSError, OutputError) as error:
         logger.warning("%s: is left over from a run that was killed: %s", path, error)
 
 

@@ -13,7 +13,7 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.interrupts import uninterrupted
-from fenics_nnm.output.pictures.backbone import plot_backbone
+from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.resume import remove_taken_over
 from fenics_nnm.results.staging import move_results
@@ -78,9 +78,11 @@ def _write_tables(ready: Ready, branch: Branch, summary: dict[str, Any]) -> None
         folder / "backbone.png",
         branch.points,
         title=prepared.study.title,
-        linear_frequency=float(prepared.linear_frequencies[prepared.mode]),
+        linear=LinearMode(
+            float(prepared.linear_frequencies[prepared.mode]),
+            prepared.linear.model.at_rest().at_one(prepared.mode),
+        ),
         failures=summary["failures"],
         bifurcations=branch.bifurcations.located,
-        at_one=prepared.linear.model.at_rest().at_one(prepared.mode),
     )
     write_summary(folder / "summary.json", summary)

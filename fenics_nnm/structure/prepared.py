@@ -77,7 +77,7 @@ class Prepared:
         stages, wanted = stages or Stages(), self.wanted
         span = wanted.stop - wanted.start
         with stages.stage("backbone"):
-            return follow(
+            branch = follow(
                 self.linear.model,
                 wanted,
                 self.balance,
@@ -89,6 +89,12 @@ class Prepared:
                 on_point=on_point,
                 on_progress=lambda place: stages.report((place - wanted.start) / span),
             )
+        return branch if branch.complete else self._advised(branch)
+
+    def _advised(self, branch: Branch) -> Branch:
+        """A branch without all that was wanted, with the keys of the study that may help."""
+        advice = self.study.continuation.advice(self.study.resolution.samples)
+        return replace(branch, reason=f"{branch.reason}; {advice}")
 
 
 def prepared(study: Study, linear: Linear) -> Prepared:

@@ -265,10 +265,10 @@ def test_middle_of_contact_is_found_wherever_the_phase_begins(shift: float) -> N
     force = np.maximum(np.cos(series.phase - shift) - 0.5, 0)[:, None]
     model = ReducedModel(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones(1))
     header = BranchHeader("", {}, 1, 3, 128, 1, "general", model)
-    point = Mock(force=force)
+    point = Mock(motion=Mock(force=force))
     results = Results(header, (point,), {}, None, None)
     assert results.middle(point) == pytest.approx(shift, abs=1e-3)
-    twice = Mock(force=force + np.roll(force, 64, axis=0))
+    twice = Mock(motion=Mock(force=force + np.roll(force, 64, axis=0)))
     assert results.middle(twice) == 0.0
 
 

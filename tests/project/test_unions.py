@@ -16,12 +16,9 @@ READING = "study"
 
 #: Where kinds are still asked for: modules, with the classes.
 REMAINING = {
-    "backbone.advice": {"ArcContinuation", "FrequencyContinuation"},
     "backbone.follow": {"ArcContinuation", "EnergyContinuation"},
     "backbone.outlook": {"FrequencyContinuation"},
     "backbone.slope": {"Complementarity"},
-    "mechanics.contact_law": {"SetFlexibility"},
-    "nonlinear.augmented_lagrangian": {"PenalisedEnergy"},
     "resolution.probes": {"FrequencyContinuation"},
     "results.resume": {"ArcContinuation"},
 }

@@ -203,8 +203,8 @@ def _compared(percent: float) -> str:
 def _trust(points: Sequence[BranchPoint]) -> str:
     counts = Counter(point.status for point in points)
     listed = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
-    stable = sum(point.stability == STABLE for point in points)
-    known = sum(bool(point.stability) for point in points)
+    kinds = [point.stability.kind for point in points if point.stability]
+    stable, known = kinds.count(STABLE), len(kinds)
     told = f"Of {len(points)} points: {listed}."
     if not known:
         return told

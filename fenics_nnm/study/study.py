@@ -112,28 +112,6 @@ class _AnyStudy(Record):
             }
         )
 
-    @property
-    def cubic(self) -> bool:
-        """Whether there are springs with a cubic stiffness."""
-        return False
-
-    @model_validator(mode="after")
-    def _cubic_springs_are_resolved(self) -> _AnyStudy:
-        if not self.cubic:
-            return self
-        harmonics, samples = self.mode.harmonics, self.mode.samples
-        if self.carries_mass or self.full_order or self.reduction.modes == "auto":
-            raise ValueError(
-                'spring.cubic: needs reduction.method = "massless" with a number of reduction.modes'
-            )
-        if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
-            raise ValueError(
-                f"mode.samples = {samples}: must be above 4 mode.harmonics = "
-                f"{4 * int(harmonics)} with cubic springs, whose force has three times as many "
-                "harmonics"
-            )
-        return self
-
     @model_validator(mode="after")
     def _tolerance_has_effect(self) -> _AnyStudy:
         if self.mode.tolerance is not None and not self.automatic:
@@ -215,7 +193,33 @@ class _AnyStudy(Record):
         return self
 
 
-class MeshStudy(_AnyStudy):
+class _SprungStudy(_AnyStudy):
+    """A study whose structure may have springs that are not linear."""
+
+    @property
+    def cubic(self) -> bool:
+        """Whether there are springs with a cubic stiffness."""
+        return False
+
+    @model_validator(mode="after")
+    def _cubic_springs_are_resolved(self) -> _SprungStudy:
+        if not self.cubic:
+            return self
+        harmonics, samples = self.mode.harmonics, self.mode.samples
+        if self.carries_mass or self.full_order or self.reduction.modes == "auto":
+            raise ValueError(
+                'spring.cubic: needs reduction.method = "massless" with a number of reduction.modes'
+            )
+        if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
+            raise ValueError(
+                f"mode.samples = {samples}: must be above 4 mode.harmonics = "
+                f"{4 * int(harmonics)} with cubic springs, whose force has three times as many "
+                "harmonics"
+            )
+        return self
+
+
+class MeshStudy(_SprungStudy):
     """All that a run of a mesh needs to know; lengths in m unless a key says otherwise."""
 
     mesh: MeshFile | CadFile | Geometry
@@ -265,7 +269,7 @@ class MeshStudy(_AnyStudy):
         return self
 
 
-class MatrixStudy(_AnyStudy):
+class MatrixStudy(_SprungStudy):
     """All that a run of matrices of another code needs to know; SI units."""
 
     absent: ClassVar[Mapping[str, str]] = dict.fromkeys(

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from fenics_nnm.backbone.arc_start import Begin
 from fenics_nnm.backbone.follow import (
     ArcContinuation,
-    Continuation,
     EnergyContinuation,
     FrequencyContinuation,
+    Wanted,
 )
 from fenics_nnm.backbone.levels import HarmonicBalance
-from fenics_nnm.backbone.targets import Begin
 from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.study import Study
 from fenics_nnm.study.continuation import ArcLengthSection
 
 
-def wanted_motions(study: Study, begin: Begin | None = None) -> Continuation:
+def wanted_motions(study: Study, begin: Begin | None = None) -> Wanted:
     """Energies or frequencies that a study visits, or the range that it follows a branch in.
 
     Args:
@@ -27,9 +27,12 @@ def wanted_motions(study: Study, begin: Begin | None = None) -> Continuation:
     if chosen.frequencies:
         over = chosen.frequencies
         return FrequencyContinuation(over.start, over.stop, over.step, report_at=chosen.report_at)
+    energies = chosen.energies
     if not chosen.by_arc:
-        return _energies(study)
-    energies, steps = chosen.energies, chosen.arc_length or ArcLengthSection()
+        return EnergyContinuation(
+            energies.start, energies.stop, energies.step, report_at=chosen.report_at
+        )
+    steps = chosen.arc_length or ArcLengthSection()
     predictor = Predictor(steps.predictor)
     return ArcContinuation(
         energies.start,
@@ -40,19 +43,6 @@ def wanted_motions(study: Study, begin: Begin | None = None) -> Continuation:
         harmonic=study.mode.harmonic,
         begin=begin,
     )
-
-
-def certain_ratios(study: Study) -> list[float]:
-    """Gamma ratios that a study surely has a point at, if it ends complete."""
-    chosen = study.continuation
-    if chosen.frequencies or chosen.by_arc:
-        return list(chosen.report_at)
-    return _energies(study).targets()
-
-
-def _energies(study: Study) -> EnergyContinuation:
-    energies, report_at = study.continuation.energies, study.continuation.report_at
-    return EnergyContinuation(energies.start, energies.stop, energies.step, report_at=report_at)
 
 
 def harmonic_balance(study: Study) -> HarmonicBalance:

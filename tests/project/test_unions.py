@@ -16,17 +16,8 @@ READING = "study"
 
 #: Where kinds are still asked for: modules, with the classes.
 REMAINING = {
-    "backbone.advice": {"ArcContinuation", "FrequencyContinuation"},
-    "backbone.arc_march": {"FullOrderEquations"},
-    "backbone.follow": {"ArcContinuation", "EnergyContinuation"},
-    "backbone.outlook": {"FrequencyContinuation"},
-    "backbone.slope": {"Complementarity"},
-    "continuation.trace": {"Problem", "Unknowns"},
     "mechanics.contact_law": {"SetFlexibility"},
     "nonlinear.augmented_lagrangian": {"PenalisedEnergy"},
-    "nonlinear.newton": {"HarmonicEquations"},
-    "resolution.probes": {"FrequencyContinuation"},
-    "results.resume": {"ArcContinuation"},
 }
 
 

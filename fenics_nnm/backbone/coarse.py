@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fenics_nnm.backbone.levels import Guess, Level
+from fenics_nnm.backbone.level_solver import Guess
+from fenics_nnm.backbone.levels import Level
 from fenics_nnm.backbone.memory import forget_oldest
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.nonlinear.equations import harmonic_equations
@@ -71,7 +72,7 @@ class CoarseBranch:
 
     def _solved(self, guess: Guess, gamma_ratio: float) -> Solution | None:
         try:
-            found = self.level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+            found = self.level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
         except np.linalg.LinAlgError:
             return None
         followed = found.converged and self.level.share(found.q, self.mode) >= self.smallest_share
@@ -84,7 +85,7 @@ class CoarseBranch:
         q[1] = np.sqrt(gamma_ratio) * rest.shapes[:, self._column]
         force = np.tile(rest.force, (len(level.equations.series.phase), 1))
         guess = Guess(q, float(rest.omega[self._column]), force)
-        return level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+        return level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
 
     def _touching_start(self) -> Solution:
         """The motion at gamma ratio 1 where points touch at rest.
@@ -93,8 +94,8 @@ class CoarseBranch:
         """
         found = self._linear_start(_opened(self.level, 1.5), 1.0)
         for part in _OPENED:
-            guess = Guess(found.q, found.omega, found.forces.force)
-            found = _opened(self.level, part).solve(GRAZING_GAMMA, guess, self.newton)
+            opened = _opened(self.level, part)
+            found = opened.at_energy(GRAZING_GAMMA, Guess.of(found), self.newton)
         return found
 
 

@@ -80,7 +80,7 @@ class Prepared:
             flexibility: Residual flexibility of the whole model, for a study of full order.
             known: Points found before.
             on_point: Called with each converged point before the next one is begun.
-            stages: Told how far the branch is.
+            stages: Timings and progress.
         """
         stages, wanted = stages or Stages(), self.wanted
         span = wanted.stop - wanted.start

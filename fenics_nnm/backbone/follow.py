@@ -75,6 +75,7 @@ def follow(
         obeyed,
         balance.series,
         found.points,
+        flow=order.flow(obeyed),
         mode=mode,
         harmonic=wanted.harmonic,
         shooting=shooting and order.has_flow,

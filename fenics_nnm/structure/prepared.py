@@ -87,7 +87,8 @@ class Prepared:
         progress = Progress(
             known, on_point, lambda position: stages.report((position - wanted.start) / span)
         )
-        reduced = ReducedOrder(self.linear.reduction.truncation)
+        reduction = self.linear.reduction
+        reduced = ReducedOrder(reduction.truncation, reduction.forces)
         with stages.stage("backbone"):
             branch = follow(
                 self.linear.model,

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import takewhile
 
-from fenics_nnm.backbone.advice import advice
 from fenics_nnm.backbone.arc_following import ArcFollowing, EnergyRange
 from fenics_nnm.backbone.arc_start import ArcStart, ArcStarts, Begin
 from fenics_nnm.backbone.cascade import Cascade
@@ -16,7 +15,6 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.backbone.wanted import NEWTON, Followed, Progress, inside
 from fenics_nnm.continuation.trace_options import ArcLength
-from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.nonlinear.newton import Newton
 
 
@@ -82,10 +80,6 @@ class ArcContinuation:
         """Points up to where the branch leaves the range of energies."""
         within = takewhile(lambda p: inside(p.gamma_ratio, self.start, self.stop), points)
         return tuple(within)
-
-    def advice(self, series: Series) -> str:
-        """Keys of the study that may help where motions are missing."""
-        return advice(series, "the bounds of steps are keys of continuation.arc_length")
 
     def follow(self, cascade: Cascade, maker: PointMaker, progress: Progress) -> Followed:
         """Follow the branch until it leaves the range of energies."""

@@ -164,7 +164,7 @@ class ArcFollowing:
         if len(self.points) == 1:
             self.failure = self.reason = (
                 f"the branch turns back where it begins, at gamma ratio {ratio:g}: "
-                "lower continuation.energies.from"
+                "it must begin lower"
             )
             return
         reached = "reached" if ratio > self.points[-2].gamma_ratio else "came back to"

@@ -199,6 +199,8 @@ class Cascade:
         alone = self.coarse(gamma_ratio)
         reference = alone.energies.contact if alone else 0.0
         found = solution.energies
+        if not reference and level.equations.mechanics.forces:
+            return 1.0  # the mode alone does not touch at this energy yet
         if not reference:
             return float(found.contact > 1e3 * self.newton.tolerance * found.stiffness)
         return found.contact / reference

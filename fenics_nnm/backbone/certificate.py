@@ -11,7 +11,7 @@ from fenics_nnm.backbone.point import BranchPoint, FloquetStability, Orbit, Retu
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.time_domain.bifurcations import Witness
 from fenics_nnm.time_domain.family import Steps
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.shooting import OrbitGuess, Shooting, ShotMotion, shoot
 from fenics_nnm.time_domain.stability import STABLE, Stability, stability
 
@@ -44,11 +44,13 @@ class Certificate:
 NO_CERTIFICATE = Certificate()
 
 
-def certified(flow: Flow, series: Series, point: BranchPoint, returned: Return) -> Certificate:
+def certified(
+    flow: Integrator, series: Series, point: BranchPoint, returned: Return
+) -> Certificate:
     """The shot motion of the energy of a point, and its stability.
 
     Args:
-        flow: Flow of the model that the point belongs to, in SI units.
+        flow: Integrator of the model that the point belongs to, in SI units.
         series: Series that the point is written in.
         point: Point.
         returned: How it comes back in time.
@@ -63,7 +65,9 @@ def certified(flow: Flow, series: Series, point: BranchPoint, returned: Return) 
     return Certificate(orbit, _summary(found), Witness(point.gamma_ratio, shot, found))
 
 
-def shot_motion(flow: Flow, series: Series, point: BranchPoint, returned: Return) -> ShotMotion:
+def shot_motion(
+    flow: Integrator, series: Series, point: BranchPoint, returned: Return
+) -> ShotMotion:
     """The motion of the energy of a point, by Newton's iteration, or also by a short walk."""
     guess = OrbitGuess.of(series, point.motion)
     near = returned.after_one <= _NEAR

@@ -20,6 +20,9 @@ GRAZING_GAMMA = 0.25
 #: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
 _STEP = 0.1
 
+#: Where a motion is begun that forces besides contact make nonlinear at any energy.
+_ALL_BUT_LINEAR = 1e-4
+
 #: Motions that are kept.
 _KEPT = 500
 
@@ -49,13 +52,14 @@ class CoarseBranch:
         """The motion at a gamma ratio, without the slopes of its forces; None if not reached."""
         if not self._known:
             linear = self.level.equations.rest.is_linear(self._column)
-            first = self._linear_start(self.level, 0.5) if linear else self._touching_start()
+            begin = self._first_ratio
+            first = self._linear_start(self.level, begin) if linear else self._touching_start()
             if not first.converged:
                 return None
-            self._known[0.5 if linear else 1.0] = first.thinned()
+            self._known[begin if linear else 1.0] = first.thinned()
         at = min(self._known, key=lambda known: abs(known - gamma_ratio))
         while at != gamma_ratio:
-            longest = _STEP * max(1.0, at)
+            longest = min(_STEP * max(1.0, at), self._growth * at)
             step = np.clip(gamma_ratio - at, -longest, longest)
             following = gamma_ratio if abs(gamma_ratio - at) <= longest else float(at + step)
             solution = self._solved(self.level.scaled(self._known[at], following / at), following)
@@ -65,6 +69,16 @@ class CoarseBranch:
             forget_oldest(self._known, _KEPT)
             at = following
         return self._known[at]
+
+    @property
+    def _first_ratio(self) -> float:
+        """Gamma ratio to begin at: where the motion is linear, or all but linear with forces."""
+        return _ALL_BUT_LINEAR if self.level.equations.mechanics.forces else 0.5
+
+    @property
+    def _growth(self) -> float:
+        """Largest relative step: without forces besides contact it is linear up to ratio 1."""
+        return 1.0 if self.level.equations.mechanics.forces else np.inf
 
     @property
     def _column(self) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from fenics_nnm.backbone.advice import advice
 from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.grid import assert_ascending, grid
 from fenics_nnm.backbone.outlook import Outlook
@@ -14,7 +13,6 @@ from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.backbone.stepping import Stepping
 from fenics_nnm.backbone.wanted import NEWTON, Followed, Progress, inside
 from fenics_nnm.errors import ModelError
-from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.nonlinear.newton import Newton
 
 
@@ -81,10 +79,6 @@ class EnergyContinuation:
     def still_wanted(self, points: Iterable[BranchPoint]) -> tuple[BranchPoint, ...]:
         """Points between these."""
         return tuple(p for p in points if inside(p.position, self.start, self.stop))
-
-    def advice(self, series: Series) -> str:
-        """Keys of the study that may help where motions are missing."""
-        return advice(series)
 
     def follow(self, cascade: Cascade, maker: PointMaker, progress: Progress) -> Followed:
         """Step from one energy to the next."""

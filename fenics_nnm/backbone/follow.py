@@ -13,7 +13,7 @@ from fenics_nnm.backbone.order import REDUCED, FullOrder, Order, ReducedOrder
 from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.backbone.verdict import judged
 from fenics_nnm.backbone.wanted import SILENT, Progress, Wanted
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.model import ReducedModel
 
 __all__ = [
@@ -57,7 +57,7 @@ def follow(
             mass or at full order.
     """
     if not 0 <= mode < model.modes:
-        raise ModelError(f"mode.number = {mode + 1}: must be between 1 and {model.modes}")
+        raise ModelError(f"mode = {mode + 1}: must be between 1 and {model.modes}", code=Code.MODE)
     order.assert_fits(model)
     obeyed = order.obeyed(model, balance)
     scaled, scales = model.dimensionless(mode)
@@ -71,15 +71,13 @@ def follow(
         wanted.harmonic,
     )
     found = wanted.follow(cascade, maker, progress)
-    reason = found.reason
-    if found.failures:
-        reason = f"{reason}; {wanted.advice(balance.series)}"
     verdicts = judged(
         obeyed,
         balance.series,
         found.points,
+        flow=order.flow(obeyed),
         mode=mode,
         harmonic=wanted.harmonic,
         shooting=shooting and order.has_flow,
     )
-    return Branch(verdicts.points, found.failures, reason, verdicts.bifurcations)
+    return Branch(verdicts.points, found.failures, found.reason, verdicts.bifurcations)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from fenics_nnm.backbone.advice import advice
 from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.frequency_sweep import FrequencySweep
 from fenics_nnm.backbone.grid import grid
@@ -16,7 +15,6 @@ from fenics_nnm.backbone.resonance import passing
 from fenics_nnm.backbone.stepping import Stepping
 from fenics_nnm.backbone.wanted import NEWTON, Followed, Progress, inside
 from fenics_nnm.errors import ModelError
-from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.nonlinear.newton import Newton
 
 #: An outlook ends at this gamma ratio at the latest.
@@ -93,11 +91,6 @@ class FrequencyContinuation:
     def still_wanted(self, points: Iterable[BranchPoint]) -> tuple[BranchPoint, ...]:
         """Points between these."""
         return tuple(p for p in points if inside(p.position, self.start, self.stop))
-
-    def advice(self, series: Series) -> str:
-        """Keys of the study that may help where motions are missing."""
-        hint = advice(series)
-        return f"contact may not raise this mode to all continuation.frequencies; {hint}"
 
     def follow(self, cascade: Cascade, maker: PointMaker, progress: Progress) -> Followed:
         """Step from one frequency to the next; then add the energies to report."""

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import Problem
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop, solve_with_multipliers
 from fenics_nnm.nonlinear.conditions import Condition, FixedEnergy
 from fenics_nnm.nonlinear.equations import Equations, HarmonicEquations
@@ -172,6 +172,7 @@ class MultiplierSolver:
 def needs_massless(what: str) -> ModelError:
     """What multipliers, which are found at fixed energy, cannot do."""
     return ModelError(
-        f"{what} needs contact points without mass: "
-        'reduction.method = "massless", or "none" with complementarity'
+        f"{what} needs contact points without mass: the massless reduction, or full order "
+        "with complementarity",
+        code=Code.MASS_AT_CONTACT,
     )

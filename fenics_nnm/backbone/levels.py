@@ -7,6 +7,7 @@ further level adds modes and harmonics and starts from the solution of the level
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,13 +21,15 @@ from fenics_nnm.backbone.level_solver import (
 )
 from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.mechanics.linear_part import ModalPart
+from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
-from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.nonlinear.conditions import Condition
-from fenics_nnm.nonlinear.equations import HarmonicEquations, harmonic_equations
+from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Newton
 from fenics_nnm.nonlinear.solution import Solution
 
@@ -130,7 +133,9 @@ class Level:
         return float(kinetic[series.order == 1, column].sum() / kinetic.sum())
 
 
-def levels(model: ReducedModel, balance: HarmonicBalance, *, mode: int) -> tuple[Level, ...]:
+def levels(
+    model: ReducedModel, balance: HarmonicBalance, *, mode: int, forces: Sequence[Force] = ()
+) -> tuple[Level, ...]:
     """Levels from the followed mode alone to all modes and harmonics of the study.
 
     Args:
@@ -138,14 +143,14 @@ def levels(model: ReducedModel, balance: HarmonicBalance, *, mode: int) -> tuple
         balance: Series and multipliers of the finest level. The levels below have R > 0 from the
             modes that they leave out, and use complementarity.
         mode: Index of the followed mode, from 0. It is part of every level.
+        forces: Forces besides contact that the motion determines, dimensionless.
     """
     sizes = [size for size in LADDER if size[0] < model.modes or size[1] < balance.harmonics]
     clipped = [(min(J, model.modes), min(N, balance.harmonics)) for J, N in sizes]
     distinct = sorted({*clipped, (model.modes, balance.harmonics)})
     rest, loop = model.at_rest(), balance.multipliers or MultiplierLoop()
-    every = [
-        _level(model, rest, _part(model, mode, J), balance.truncated(N), loop) for J, N in distinct
-    ]
+    whole = Mechanics(model, rest, ModalPart(model.omega), tuple(forces))
+    every = [_level(whole, _part(model, mode, J), balance.truncated(N), loop) for J, N in distinct]
     return tuple(
         level for level in every if len(level.modes) == model.modes or level.solver.reduced
     )
@@ -156,13 +161,13 @@ def _part(model: ReducedModel, mode: int, count: int) -> Indices:
     return np.array(sorted([mode, *others[: count - 1]]))
 
 
-def _level(
-    model: ReducedModel, rest: RestState, chosen: Indices, series: Series, loop: MultiplierLoop
-) -> Level:
+def _level(whole: Mechanics, chosen: Indices, series: Series, loop: MultiplierLoop) -> Level:
+    model, rest = whole.model, whole.rest
     part, shapes = model.spanned_by(rest, chosen)
+    mechanics = Mechanics.of(part, tuple(force.of_part(shapes) for force in whole.forces))
     if part.massless:
-        equations = harmonic_equations(part, series, Complementarity(part.R, part.gap))
+        equations = HarmonicEquations(mechanics, series, Complementarity(part.R, part.gap))
         return Level(equations, ComplementarySolver(), chosen, shapes, rest.q)
     open_gap = AugmentedLagrangian(part.gap, np.zeros(1), np.zeros(1))
-    equations = harmonic_equations(part, series, open_gap)
+    equations = HarmonicEquations(mechanics, series, open_gap)
     return Level(equations, MultiplierSolver(loop), chosen, shapes, rest.q)

@@ -13,13 +13,16 @@ from fenics_nnm.backbone.estimates import ReductionEstimate, no_error, reduction
 from fenics_nnm.backbone.full_order_solver import FullOrderSolver
 from fenics_nnm.backbone.level_solver import ComplementarySolver, MultiplierSolver
 from fenics_nnm.backbone.levels import HarmonicBalance, Level, levels
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.contact_points import MASSIVE
+from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel, Scales
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.reduction.flexibility import FlexibilitySource, ResidualFlexibility
 from fenics_nnm.reduction.truncation import Truncation
+from fenics_nnm.time_domain.integrator import Integrator
+from fenics_nnm.time_domain.stepped import integrator_of
 
 
 class Order(Protocol):
@@ -35,6 +38,9 @@ class Order(Protocol):
         Raises:
             ModelError: if there is a reason.
         """
+
+    def flow(self, model: ReducedModel) -> Integrator | None:
+        """What follows motions of the obeyed model in time; None where contact points have mass."""
 
     def obeyed(self, model: ReducedModel, balance: HarmonicBalance) -> ReducedModel:
         """The model that contact obeys."""
@@ -55,9 +61,11 @@ class ReducedOrder:
     Attributes:
         truncation: What the model leaves out, in SI units, for an error estimate of each point;
             None where it is not known.
+        forces: Forces besides contact that the motion determines, in SI units.
     """
 
     truncation: Truncation | None = None
+    forces: tuple[Force, ...] = ()
 
     @property
     def has_flow(self) -> bool:
@@ -65,7 +73,16 @@ class ReducedOrder:
         return True
 
     def assert_fits(self, model: ReducedModel) -> None:
-        """Any model will do."""
+        """Gaps must be positive with forces besides contact: the state of rest is without them."""
+        if self.forces and model.gap.min() <= 0:
+            raise ModelError(
+                f"gap = {model.gap.min():g}: must be positive with springs that are not linear",
+                code=Code.GAP_WITH_FORCES,
+            )
+
+    def flow(self, model: ReducedModel) -> Integrator | None:
+        """The exact flow, or steps in time with forces besides contact; None with mass."""
+        return integrator_of(Mechanics.of(model, self.forces))
 
     def obeyed(self, model: ReducedModel, balance: HarmonicBalance) -> ReducedModel:
         """The model itself."""
@@ -75,7 +92,8 @@ class ReducedOrder:
         self, model: ReducedModel, scales: Scales, balance: HarmonicBalance, *, mode: int
     ) -> tuple[Level, ...]:
         """Levels up to the model itself."""
-        return levels(model, balance, mode=mode)
+        scaled = [force.scaled(scales.amplitude, scales.energy) for force in self.forces]
+        return levels(model, balance, mode=mode, forces=scaled)
 
     def estimate(self, equations: HarmonicEquations, scales: Scales) -> ReductionEstimate:
         """What the truncation puts the frequency off by."""
@@ -101,9 +119,14 @@ class FullOrder:
         """Gaps must be positive."""
         if model.gap.min() <= 0:
             raise ModelError(
-                f"contact.gap = {model.gap.min():g}: must be positive at full order; gaps of any "
-                'sign need reduction.method = "massless"'
+                f"gap = {model.gap.min():g}: must be positive at full order; gaps of any sign need "
+                "the massless reduction",
+                code=Code.FULL_ORDER_GAP,
             )
+
+    def flow(self, model: ReducedModel) -> Integrator | None:
+        """The flow of the reduced model: a bound on what the modes leave out."""
+        return integrator_of(Mechanics.of(model))
 
     def obeyed(self, model: ReducedModel, balance: HarmonicBalance) -> ReducedModel:
         """With multipliers R is part of R(s)."""

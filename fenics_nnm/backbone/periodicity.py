@@ -14,7 +14,7 @@ import numpy as np
 from fenics_nnm.backbone.point import Return
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.motion import Motion
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 
 #: Periods that a motion is followed for.
 PERIODS = 10
@@ -42,11 +42,11 @@ class Followed:
 NOT_FOLLOWED = Followed(None, _NAN)
 
 
-def followed(flow: Flow, series: Series, motion: Motion) -> Followed:
+def followed(flow: Integrator, series: Series, motion: Motion) -> Followed:
     """Follow a motion from its initial state, exactly from one change of contact to the next.
 
     Args:
-        flow: Flow of the model that the motion belongs to, in SI units.
+        flow: Integrator of the model that the motion belongs to, in SI units.
         series: Series that the motion is written in.
         motion: Motion.
     """

@@ -10,7 +10,6 @@ from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.outlook import Horizon, Outlook
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.point_maker import PointMaker
-from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.nonlinear.newton import Newton
 
 #: Newton's configuration, unless another one is given.
@@ -93,9 +92,6 @@ class Wanted(Horizon, Protocol):
             ModelError: if contact points carry mass, and other conditions than the energy are
                 needed.
         """
-
-    def advice(self, series: Series) -> str:
-        """Keys of the study that may help where motions are missing."""
 
     def span(self, ahead: Callable[[], Outlook]) -> tuple[float, float]:
         """Gamma ratios that it begins and ends at; nan where the branch does not come there.

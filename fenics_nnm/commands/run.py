@@ -60,7 +60,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if console.is_terminal:
         console.print(result_table(result, study))
         for encounter in result.branch.encounters:
-            show(console, _told(encounter))
+            show(console, _line(encounter))
         if result.message:
             show(console, result.message)
         closing = f"{result.branch.reason}; results in {result.folder}"
@@ -72,14 +72,14 @@ def _run(arguments: argparse.Namespace) -> int:
     return DONE
 
 
-def _told(encounter: Encounter) -> str:
+def _line(encounter: Encounter) -> str:
     """What became of an internal resonance, in a line."""
     entered, skipped = (
         f"{what} at gamma ratio {', '.join(f'{ratio:g}' for ratio in ratios)}" if ratios else ""
         for what, ratios in (("entered", encounter.entered), ("skipped", encounter.skipped))
     )
-    told = "; ".join(text for text in (entered, skipped) if text)
-    return f"internal resonance with {encounter.name} near {encounter.frequency:.6g} Hz: {told}"
+    places = "; ".join(text for text in (entered, skipped) if text)
+    return f"internal resonance with {encounter.name} near {encounter.frequency:.6g} Hz: {places}"
 
 
 def result_table(result: RunResult, study: Study) -> Table:

@@ -140,10 +140,10 @@ def _run(
 
     total, left = len(sweep.plan.cases), len(sweep.left)
     going_on = sum(state is RunState.BEGUN for state in sweep.states.values())
-    told = f", {going_on} of them from points of an earlier run" if going_on else ""
-    show(console, f"{total} studies: {total - left} done, {left} to run{told}")
+    taken = f", {going_on} of them from points of an earlier run" if going_on else ""
+    show(console, f"{total} studies: {total - left} done, {left} to run{taken}")
     here = Console(force_terminal=False) if comm.size > 1 else console
-    sweep.on_outcome = lambda outcome: show(here, _told(outcome, total))
+    sweep.on_outcome = lambda outcome: show(here, _line(outcome, total))
 
     def stages() -> AbstractContextManager[Stages]:
         return stages_of(console, arguments)
@@ -157,7 +157,7 @@ def _run(
             sweep.run(stages, verbose=arguments.verbose)
 
 
-def _told(outcome: Outcome, total: int) -> str:
+def _line(outcome: Outcome, total: int) -> str:
     points = f", {len(outcome.rows)} points" if outcome.rows else ""
     return f"study {outcome.case.number} of {total}: {outcome.case}: {outcome.status}{points}"
 

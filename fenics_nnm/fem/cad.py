@@ -14,7 +14,7 @@ from mpi4py import MPI
 from scipy.spatial import KDTree
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.boundary import boundary
 from fenics_nnm.fem.cad_units import declared_unit
 from fenics_nnm.fem.gmsh_mesh import assert_text, extracted, gmsh_session
@@ -45,11 +45,13 @@ class Refined:
         facets: Names of groups.
         size: Edge length at the facets.
         distance: Distance over which the edge length grows to that of the rest.
+        key: What messages call the names.
     """
 
     facets: tuple[str, ...]
     size: float
     distance: float
+    key: str = "refined facets"
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,22 +117,25 @@ def _open(cad: Cad) -> None:
     """Read the geometry with the numbers that stand in the file."""
     if not cad.path.is_file():
         what = "is not a file" if cad.path.exists() else "there is no such file"
-        raise MeshError(f"mesh.file = {cad.path}: {what}")
+        raise MeshError(f"mesh file {cad.path}: {what}", code=Code.MESH_FILE)
     assert_text(cad.path)
     declared = declared_unit(cad.path)
     try:
         with _quiet():
             _merge_sewn(cad.path, declared or "mm")
     except Exception as error:  # gmsh raises bare Exception
-        raise MeshError(f"mesh.file = {cad.path}: gmsh cannot read it: {error}") from error
+        raise MeshError(
+            f"mesh file {cad.path}: gmsh cannot read it: {error}", code=Code.MESH_FILE
+        ) from error
     if gmsh.model.getDimension() < 1:
-        raise MeshError(f"mesh.file = {cad.path}: holds no geometry")
+        raise MeshError(f"mesh file {cad.path}: holds no geometry", code=Code.MESH_FILE)
     if declared and declared != cad.length_unit and not cad.trust:
         raise MeshError(
-            f'mesh.length_unit = "{cad.length_unit}": {cad.path} declares "{declared}": must be '
+            f'length unit "{cad.length_unit}": {cad.path} declares "{declared}": must be '
             f"that, with a body of {_extent(declared)}; or, if its numbers are in "
             f"{cad.length_unit} all the same, with a body of {_extent(cad.length_unit)}, "
-            "ignore_declared_unit = true"
+            "the declared unit must be ignored",
+            code=Code.LENGTH_UNIT,
         )
 
 
@@ -239,8 +244,9 @@ def _check_size(cad: Cad, dim: int) -> None:
     count = 6 * volume / cad.element_size**dim
     if count > _MOST_ELEMENTS:
         raise MeshError(
-            f"mesh.element_size = {cad.element_size:g}: gives about {count:.2g} elements: the body "
-            f"has {_extent(cad.length_unit)}: must be larger"
+            f"element size = {cad.element_size:g}: gives about {count:.2g} elements: the body "
+            f"has {_extent(cad.length_unit)}: must be larger",
+            code=Code.ELEMENT_SIZE,
         )
 
 
@@ -259,8 +265,9 @@ def _generate(cad: Cad, dim: int) -> None:
         gmsh.model.mesh.generate(dim)
     except Exception as error:  # gmsh raises bare Exception
         raise MeshError(
-            f"mesh.file = {cad.path}: gmsh cannot mesh it: {error}: heal the geometry, or change "
-            "element_size"
+            f"mesh file {cad.path}: gmsh cannot mesh it: {error}: heal the geometry, or change "
+            "the element size",
+            code=Code.MESHING,
         ) from error
 
 
@@ -289,7 +296,7 @@ def _smaller(cad: Cad, coarse: TaggedMesh) -> Iterator[None]:
 
 def _samples(coarse: TaggedMesh, part: Refined, spacing: float) -> Array:
     """Points in m all over the facets, at most about `spacing` apart, shape (n, dim)."""
-    facets = coarse.facets_of(part.facets, "mesh.refine.facets")
+    facets = coarse.facets_of(part.facets, part.key)
     surface = boundary(coarse.mesh)
     corners = surface.corners[surface.mask(facets) != 0]
     longest = float(surface.sizes.max())

@@ -12,7 +12,7 @@ import numpy as np
 from dolfinx.cpp.mesh import cell_entity_type, to_type
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.compat import cell_permutation, ufl_mesh
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.fem.serendipity import completed
@@ -53,9 +53,11 @@ def open_mesh(path: Path) -> None:
     try:
         gmsh.merge(str(path))
     except Exception as error:  # gmsh raises bare Exception
-        raise MeshError(f"mesh.file = {path}: gmsh cannot read it: {error}") from error
+        raise MeshError(
+            f"mesh file {path}: gmsh cannot read it: {error}", code=Code.MESH_FILE
+        ) from error
     if not gmsh.model.mesh.getNodes()[0].size:
-        raise MeshError(f"mesh.file = {path}: holds no mesh")
+        raise MeshError(f"mesh file {path}: holds no mesh", code=Code.MESH_FILE)
 
 
 def assert_text(path: Path) -> None:
@@ -70,7 +72,10 @@ def assert_text(path: Path) -> None:
         head = file.read(_HEAD)
     language = path.suffix.lower() == ".geo" or head[:1] != b"$"
     if language and path.suffix.lower() in (".geo", ".msh") and b"\0" in head:
-        raise MeshError(f"mesh.file = {path}: gmsh cannot read it: is neither a mesh nor text")
+        raise MeshError(
+            f"mesh file {path}: gmsh cannot read it: is neither a mesh nor text",
+            code=Code.MESH_FILE,
+        )
 
 
 def extracted(name: str) -> RawMesh:

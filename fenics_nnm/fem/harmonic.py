@@ -14,20 +14,21 @@ from fenics_nnm.fem.gathering import gathering
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
 
 
-def inertial_blocks(analysis: LinearAnalysis, omega: float, series: Series, force: Array) -> Blocks:
+def inertial_blocks(analysis: LinearAnalysis, series: Series, motion: Motion) -> Blocks:
     """Harmonics in m of what inertia adds to the static residual shapes, (N + 1, nodes, dim).
 
     Args:
         analysis: Massless-boundary analysis.
-        omega: Circular frequency in rad/s.
         series: Series in time of the motion.
-        force: Contact forces in N at its samples, shape (s, n_c).
+        motion: Motion in SI units.
     """
     with HarmonicSolver(analysis, harmonics=series.harmonics) as solver:
-        added = -solver.inertial_displacement(omega, series.order, series.analysis @ force)
+        omega, ell = 2 * np.pi * motion.frequency, series.analysis @ motion.force
+        added = -solver.inertial_displacement(omega, series.order, ell)
     return gathering(analysis.solid).blocks(added.T)
 
 

@@ -10,6 +10,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.modal_solver import ModalSolver
+from fenics_nnm.fem.point_rows import attached_points
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
@@ -50,8 +51,10 @@ def massless_reduced(
         ModelError: if the body cannot be reduced with so many modes or points.
     """
     attachments = solver.static(interface.unit_forces(solid.owned))
-    operators = _operators(solid, interface, solver)
-    return massless_reduction(modes.omega, modes.shapes, attachments, interface.gap, operators)
+    operators, points = _operators(solid, interface, solver), attached_points(solid)
+    return massless_reduction(
+        modes.omega, modes.shapes, attachments, interface.gap, operators, points
+    )
 
 
 def craig_bampton_reduced(

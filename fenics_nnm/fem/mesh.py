@@ -82,7 +82,7 @@ def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
         GeometryError: if the geometry cannot be made.
         MeshError: if its mesh cannot be used.
     """
-    name = f'mesh.model "{geometry.model}"'
+    name = f'built-in geometry "{geometry.model}"'
 
     def read() -> RawMesh:
         with gmsh_session(name):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.abaqus_mesh import read_abaqus
 from fenics_nnm.fem.foreign_mesh import raw_mesh
 from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session, open_mesh
@@ -36,7 +36,7 @@ def read_raw(path: Path) -> RawMesh:
     """
     if not path.is_file():
         what = "is not a file" if path.exists() else "there is no such file"
-        raise MeshError(f"mesh.file = {path}: {what}")
+        raise MeshError(f"mesh file {path}: {what}", code=Code.MESH_FILE)
     suffix = path.suffix.lower()
     with gmsh_session(str(path)):
         if suffix in _GMSH:

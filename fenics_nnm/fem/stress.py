@@ -11,7 +11,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.materials.elasticity import (
     IN_PLANE,
     PLACES,
@@ -82,8 +82,9 @@ def assert_off_axis(material: Material, points: Array) -> None:
     """
     if material.law.directional and np.any(material.orientation.undefined_at(points)):
         raise ModelError(
-            "material.orientation.cylindrical: the axis runs through the material, where the "
-            "radial direction is not defined: must lie outside"
+            "cylindrical axes: the axis runs through the material, where the radial direction is "
+            "not defined: must lie outside",
+            code=Code.CYLINDRICAL_AXES,
         )
 
 
@@ -171,7 +172,8 @@ def _cylindrical_axes(turning: Cylindrical, mesh: dmesh.Mesh) -> Expr:
     if dim == 1 or (dim == 2 and np.any(axis[:2])):
         needs = "a body in 2-D or 3-D" if dim == 1 else "the axis z in 2-D"
         raise ModelError(
-            f"material.orientation.cylindrical: axis = {list(turning.axis)}: needs {needs}"
+            f"cylindrical axes: axis = {list(turning.axis)}: needs {needs}",
+            code=Code.CYLINDRICAL_AXES,
         )
     x, origin = ufl.SpatialCoordinate(mesh), turning.origin
     away = ufl.as_vector([x[i] - float(origin[i]) if i < dim else 0.0 for i in range(3)])

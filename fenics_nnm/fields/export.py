@@ -56,7 +56,7 @@ def export(
     except BaseException as error:
         if comm.rank == 0:
             shutil.rmtree(folder, ignore_errors=True)
-        if isinstance(error, OSError) and not isinstance(error, OutputError):
+        if isinstance(error, OSError):
             raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
         raise
     return points

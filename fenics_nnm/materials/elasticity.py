@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 
 #: Places of the components in a symmetric tensor.
 PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
@@ -195,9 +195,9 @@ def plane_strain(stiffness: Array) -> Array:
     shears = stiffness[np.ix_(IN_PLANE, OUT_OF_PLANE[1:])]
     if np.abs(shears).max() > 1e-9 * np.abs(stiffness).max():
         raise ModelError(
-            "material.orientation: turns the material out of the x-y plane, so that plane strain "
-            "would need shear along z: must keep one material axis along z (or choose "
-            'body.theory = "solid")'
+            "the orientation turns the material out of the x-y plane, so that plane strain would "
+            "need shear along z: must keep one material axis along z (or choose a solid body)",
+            code=Code.OUT_OF_PLANE,
         )
     return np.asarray(stiffness[np.ix_(IN_PLANE, IN_PLANE)])
 

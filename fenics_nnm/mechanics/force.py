@@ -81,6 +81,9 @@ class Force(Protocol):
     def scaled(self, amplitude: float, energy: float) -> Force:
         """The same in units of coordinates and energy of a dimensionless model."""
 
+    def of_part(self, shapes: Array) -> Force:
+        """The force on a part of the model, whose coordinates move these by (J, k) shapes."""
+
 
 @dataclass(frozen=True, slots=True)
 class CubicSprings:
@@ -145,6 +148,10 @@ class CubicSprings:
     def scaled(self, amplitude: float, energy: float) -> CubicSprings:
         """The same in units of coordinates (kg^1/2 m) and energy (J)."""
         return CubicSprings(self.shapes, self.cubic * amplitude**4 / energy)
+
+    def of_part(self, shapes: Array) -> CubicSprings:
+        """The force on a part of the model, whose coordinates move these by (J, k) shapes."""
+        return CubicSprings(self.shapes @ shapes, self.cubic)
 
     def _moved(self, motion: SampledMotion) -> Array:
         """Displacements of the springs at the samples, shape (s, p)."""

@@ -64,6 +64,10 @@ class LinearPart(Protocol):
     def reversible(self) -> bool:
         """Whether time-reversible motions stay so: it acts on cosines alone."""
 
+    @property
+    def rate(self) -> Array:
+        """C, what multiplies the velocities, in 1/s, shape (J, J)."""
+
     def at(self, series: Series, omega: float, drift: float = 0.0) -> HarmonicOperator:
         """The operator at a frequency and a drift."""
 
@@ -82,6 +86,11 @@ class ModalPart:
     def reversible(self) -> bool:
         """Whether time-reversible motions stay so."""
         return True
+
+    @property
+    def rate(self) -> Array:
+        """Nothing multiplies the velocities."""
+        return np.zeros((len(self.omega), len(self.omega)))
 
     def at(self, series: Series, omega: float, drift: float = 0.0) -> ModalOperator:
         """The operator at a frequency and a drift."""

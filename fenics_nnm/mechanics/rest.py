@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.closed import ClosedPoints
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.flexible_points import FlexiblePoints
@@ -108,15 +108,17 @@ class RestState:
         if np.abs(self.motion[:, mode]).max() <= _STILL * np.abs(self.motion).max():
             raise ModelError(
                 f"mode {mode + 1} does not move any contact point in the contact direction: "
-                "it never touches the obstacle; choose another mode.number or contact.direction"
+                "it never touches the obstacle; choose another mode or contact direction",
+                code=Code.STILL_MODE,
             )
         margin, moved = self.margin, np.abs(self.gradient[:, mode])
         if not self.is_linear(mode):
             if self.reference is None:
                 raise ModelError(
-                    "contact.reference_displacement: is missing: contact points touch without "
-                    "force at rest, so there is no linear motion to scale energies by: must be the "
-                    "displacement in m of these points at gamma ratio 1"
+                    "the reference displacement is missing: contact points touch without force "
+                    "at rest, so there is no linear motion to scale energies by: must be the "
+                    "displacement in m of these points at gamma ratio 1",
+                    code=Code.REFERENCE,
                 )
             chosen = self._moved(mode) & self.touching
             margin, moved = np.full(np.count_nonzero(chosen), self.reference), moved[chosen]
@@ -166,8 +168,9 @@ def rest_state(model: FlexiblePoints) -> RestState:
         )
     if not model.massless:
         raise ModelError(
-            f"contact.gap = {model.gap.min():g}: must be positive where contact points carry mass; "
-            'gaps of any sign need reduction.method = "massless"'
+            f"gap = {model.gap.min():g}: must be positive where contact points carry mass; gaps of "
+            "any sign need the massless reduction",
+            code=Code.GAP_WITH_MASS,
         )
     return _pressed(model)
 

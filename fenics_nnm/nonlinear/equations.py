@@ -40,8 +40,8 @@ class EnergyMeasure(Protocol):
         """Energies of the motion."""
 
 
-class Equations(Protocol):
-    """What Newton's iteration solves."""
+class Stated(Protocol):
+    """What equations are stated for."""
 
     @property
     def mechanics(self) -> Mechanics:
@@ -62,6 +62,10 @@ class Equations(Protocol):
     @property
     def free_phase(self) -> bool:
         """Whether a shift in time gives another motion: the phase has to be fixed."""
+
+
+class Equations(Stated, Protocol):
+    """What Newton's iteration solves."""
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -179,17 +183,10 @@ class HarmonicEquations:
 
     def residual(self, at: Unknowns, forces: ContactForces) -> Array:
         """Left-hand sides of the harmonic equations, shape (c, J)."""
-        balance = self.linear(at).times(at.q) + self.force_harmonics(at, forces)
+        balance = self.linear(at).times(at.q) + force_harmonics(self, at, forces)
         for excitation in self.mechanics.excitations:
             balance -= excitation.harmonics(self.series)
         return balance
-
-    def force_harmonics(self, at: Unknowns, forces: ContactForces) -> Array:
-        """Harmonics of all forces that the motion determines, shape (c, J)."""
-        harmonics = self.series.analysis @ forces.force @ self.model.Phi
-        for force in self.mechanics.forces:
-            harmonics += force.harmonics(SampledMotion(self.series, at.q, at.omega))
-        return harmonics
 
     def jacobian(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivative of the residual by q, shape (c J, c J), rows and columns (n, j)."""
@@ -219,6 +216,14 @@ class HarmonicEquations:
         if not self.mechanics.forces and pays(forces, at.q.size):
             return condensed_solution(self.linear(at), self.series, self.model.Phi, forces, border)
         return border.dense_solution(self.jacobian(at, forces), self.row_scale(at.omega))
+
+
+def force_harmonics(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Array:
+    """Harmonics of all forces that the motion determines, shape (c, J)."""
+    harmonics = equations.series.analysis @ forces.force @ equations.model.Phi
+    for force in equations.mechanics.forces:
+        harmonics += force.harmonics(SampledMotion(equations.series, at.q, at.omega))
+    return harmonics
 
 
 def harmonic_equations(model: ReducedModel, series: Series, law: ContactLaw) -> HarmonicEquations:

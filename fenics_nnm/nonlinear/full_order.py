@@ -202,29 +202,18 @@ class FullOrderEquations:
         self.reduced.linear(at).add_to(linear)
         blocks[:, :modes, :, :modes] = linear.reshape(rows, modes, rows, modes)
         blocks[each, :modes, each, modes:] = Phi.T / S
-        scaled = S[:, None, None] * self.contact_tangent(forces)
+        scaled = S[:, None, None] * forces.harmonic_tangent(self.series)
         blocks[:, modes:, :, :modes] = -scaled @ Phi
         blocks[:, modes:, :, modes:] = np.einsum("acbd,bde->acbe", scaled, D / S)
         blocks[each, modes:, each, modes:] += np.eye(points)
         return blocks.reshape(rows * (modes + points), -1)
-
-    def contact_tangent(self, forces: ContactForces) -> Array:
-        """Derivatives of lambda_n by harmonics of w, shape (c, n_c, c, n_c)."""
-        at, points = forces.samples, self.model.points
-        dense = np.zeros((len(at), points, points))
-        index = np.arange(len(at))[:, None, None]
-        dense[index, forces.points[:, :, None], forces.points[:, None, :]] = forces.slope
-        rows = len(self.series.order)
-        mixing = self.series.analysis[:, None, at] * self.series.synthesis.T[None, :, at]
-        coupled = mixing.reshape(rows * rows, len(at)) @ dense.reshape(len(at), points**2)
-        return coupled.reshape(rows, rows, points, points).swapaxes(1, 2)
 
     def slopes(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivatives of the residual by the parameters, shape (p, c, J + n_c)."""
         modal, ell = self.energy.parts(at)
         found = self._flexibility(at)
         change = found.growth[:, None] * _times(found.slope, ell)
-        contact = np.einsum("acbd,bd->ac", self.contact_tangent(forces), change)
+        contact = np.einsum("acbd,bd->ac", forces.harmonic_tangent(self.series), change)
         of_modes = self.reduced.slopes(modal, forces)
         slopes = np.zeros((len(of_modes), *at.q.shape))
         slopes[:, :, : self.model.modes] = of_modes

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_nnm.nonlinear.equations import HarmonicEquations
+from fenics_nnm.nonlinear.equations import HarmonicEquations, force_harmonics
 from fenics_nnm.nonlinear.linear_step import linear_step
 from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.nonlinear.unknowns import Unknowns
@@ -94,8 +94,8 @@ def _step(coarse: HarmonicEquations, solution: Solution, finer: HarmonicEquation
     q, omega, free = series.fitted(solution.q), solution.omega, series.fitted(solution.free)
     forces = finer.law(series.synthesis @ free)
     at = Unknowns.of(q, omega).completed(len(finer.parameters))
-    known = series.fitted(coarse.force_harmonics(solution.at, solution.forces))
-    defect = finer.force_harmonics(at, forces) - known
+    known = series.fitted(force_harmonics(coarse, solution.at, solution.forces))
+    defect = force_harmonics(finer, at, forces) - known
     begins = float(np.linalg.norm(defect / finer.row_scale(omega)))
     if begins <= _ROUND_OFF * np.linalg.norm(q):
         return _Step(0.0, 0.0)

@@ -86,8 +86,6 @@ def make_pictures(
         pictures = (*plots, *draw(body_plans(found), folder))
         write_manifest(folder, pictures)
     except OSError as error:
-        if isinstance(error, OutputError):
-            raise
         raise OutputError(
             f"{error.filename or folder}: cannot be written: {error.strerror or error}"
         ) from error

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError, TooManyModesError
+from fenics_nnm.errors import Code, ModelError, TooManyModesError
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import towards_obstacle
@@ -41,7 +41,8 @@ def craig_bampton_reduction(basis: Array, gap: Array, operators: Operators) -> R
     mass = scale[:, None] * M * scale
     if np.linalg.eigvalsh(mass)[0] < _DEPENDENT:
         raise TooManyModesError(
-            "Craig-Bampton: the basis vectors depend on each other: use fewer reduction.modes"
+            "Craig-Bampton: the basis vectors depend on each other: use fewer modes",
+            code=Code.TOO_MANY_MODES,
         )
     squared, vectors = eigh(scale[:, None] * K * scale, mass)
     combination = scale[:, None] * vectors

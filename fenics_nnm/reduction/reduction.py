@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.truncation import Truncation
 
@@ -26,12 +27,16 @@ class Reduction:
         residual_shapes: Displacement per unit contact force that these do not bring, m/N,
             shape (n, n_c); zero where the contact points carry mass.
         truncation: What the model leaves out, for an error estimate.
+        forces: Forces besides contact that the motion determines.
+        attached: Displacement of further points with forces per modal coordinate, shape (p, J).
     """
 
     model: ReducedModel
     shapes: Array
     residual_shapes: Array
     truncation: Truncation
+    forces: tuple[Force, ...] = ()
+    attached: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def displacement(self, q: Array, force: Array) -> Array:
         """Displacement u in m, shape (n,), of coordinates (J,) and contact forces in N (n_c,)."""

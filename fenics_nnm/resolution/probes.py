@@ -54,9 +54,8 @@ def probed(prepared: Prepared, ratios: Sequence[float]) -> tuple[BranchPoint, ..
     if prepared.linear.model.massless:
         return points
     finer = replace(balance, harmonics=2 * balance.harmonics, samples=2 * balance.samples)
-    true = {
-        p.gamma_ratio: p.motion.frequency for p in solved(replace(prepared, balance=finer), ratios)
-    }
+    solutions = solved(replace(prepared, balance=finer), ratios)
+    true = {p.gamma_ratio: p.motion.frequency for p in solutions}
     return tuple(
         _with_series_error(point, true[point.gamma_ratio])
         for point in points

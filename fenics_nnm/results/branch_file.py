@@ -191,8 +191,6 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
             latest = {point.position: point for point in points}
             return _header(file), tuple(latest[place] for place in sorted(latest))
     except OSError as error:
-        if isinstance(error, OutputError):
-            raise
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
@@ -207,8 +205,6 @@ def study_text(path: Path) -> str:
             _assert_format(path, str(file.attrs.get("format", "")))
             return str(file.attrs["study"])
     except OSError as error:
-        if isinstance(error, OutputError):
-            raise
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
@@ -323,6 +319,6 @@ class _writing:
         pass
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, OSError | RuntimeError) and not isinstance(error, OutputError):
+        if isinstance(error, OSError | RuntimeError):
             reason = getattr(error, "strerror", None) or error
             raise OutputError(f"{self._path}: cannot be written: {reason}") from error

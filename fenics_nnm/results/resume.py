@@ -159,13 +159,7 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     for section, values in study.model_dump(by_alias=True).items():
         if section not in _FREE and values is not None:
             yield from leaves(section, values)
-    chosen = study.continuation
-    yield "continuation.parameter", chosen.parameter
-    yield "continuation.internal_resonance", "follow" if chosen.by_arc else "skip"
-    if chosen.by_arc:  # positions are lengths from the beginning
-        begins = chosen.start.model_dump() if chosen.start else {}
-        yield "continuation.energies.from", chosen.energies.start
-        yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
+    yield from study.continuation.position_keys()
 
 
 def _value(value: Any) -> str:

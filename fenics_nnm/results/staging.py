@@ -139,7 +139,7 @@ def rescue(staging: Staging) -> str:
         with suppress(OSError):  # another run may have begun in a folder made for this one
             for path in staging.made:
                 path.rmdir()
-    except OSError as error:
+    except (OSError, OutputError) as error:
         return f"what there is stays in {staging.path} ({error})"
     return ""
 
@@ -230,7 +230,7 @@ def _keep(staging: Staging, points: tuple[BranchPoint, ...]) -> str:
 def _tidy(path: Path, folder: Path) -> None:
     """Bring the results of a run that was killed while they were moved to one side of that."""
     older, replaced = path / _OLDER, path / _REPLACED
-    with _told(path), _held(path) as held, owner.alone_in(folder) as alone:
+    with _errors_as_warnings(path), _held(path) as held, owner.alone_in(folder) as alone:
         if not held:
             if alone and not (path / owner.NAME).exists():
                 _remove_unowned(path)
@@ -262,11 +262,11 @@ def _move_all(source: Path, folder: Path) -> bool:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _errors_as_warnings(path: Path) -> Iterator[None]:
     """Errors of the operating system as a warning, as they are no matter of the present run."""
     try:
         yield
-    except OSError as error:
+    except (OSError, OutputError) as error:
         logger.warning("%s: is left over from a run that was killed: %s", path, error)
 
 

@@ -123,7 +123,7 @@ def prepare(job: Job, staging: Staging) -> Ready:
 
 def _from_start(job: Job, chosen: Choice) -> Choice:
     """The choice with the motion of an earlier run that its branch begins at, if it has one."""
-    start, prepared = job.study.continuation.start, chosen.prepared
+    start, prepared = job.study.continuation.beginning, chosen.prepared
     if start is None:
         return chosen
     begin = on_root(job.comm, beginning, start, prepared.linear.model, prepared.balance)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.harmonic import inertial_blocks
@@ -15,7 +13,7 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.interrupts import uninterrupted
-from fenics_nnm.output.pictures.backbone import plot_backbone
+from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.resume import remove_taken_over
 from fenics_nnm.results.staging import move_results
@@ -58,12 +56,7 @@ def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
     wanted = [p for p in branch.points if p.gamma_ratio in study.continuation.report_at]
     if study.full_order:
         series = ready.chosen.prepared.balance.series
-        inertia = {
-            p.position: inertial_blocks(
-                body, 2 * np.pi * p.motion.frequency, series, p.motion.force
-            )
-            for p in wanted
-        }
+        inertia = {p.position: inertial_blocks(body, series, p.motion) for p in wanted}
         led(comm, inertia, lambda blocks: branch_file.add_inertia(file, blocks))
     write_motions(
         folder,
@@ -85,9 +78,11 @@ def _write_tables(ready: Ready, branch: Branch, summary: dict[str, Any]) -> None
         folder / "backbone.png",
         branch.points,
         title=prepared.study.title,
-        linear_frequency=float(prepared.linear_frequencies[prepared.mode]),
+        linear=LinearMode(
+            float(prepared.linear_frequencies[prepared.mode]),
+            prepared.linear.model.at_rest().at_one(prepared.mode),
+        ),
         failures=summary["failures"],
         bifurcations=branch.bifurcations.located,
-        at_one=prepared.linear.model.at_rest().at_one(prepared.mode),
     )
     write_summary(folder / "summary.json", summary)

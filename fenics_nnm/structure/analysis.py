@@ -114,7 +114,7 @@ def nonlinear_mode(
     Raises:
         StudyError: if the study names such a motion and none is given, or the other way round.
     """
-    if (begin is None) != (study.continuation.start is None):
+    if (begin is None) != (study.continuation.beginning is None):
         given = "is not given" if begin is None else "is given"
         raise StudyError(
             f"continuation.start: the motion to begin at {given}: must be given by `begin` where "

@@ -9,8 +9,10 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.reduction.attached import AttachedPoints
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
@@ -46,7 +48,10 @@ class MatrixStructure:
             matrices = Matrices(K, M, B, study.contact.gap)
         assert chosen.method != "none"  # refused by the study
         modes = mode_count(study, at_most, matrices.massive - matrices.massive_points)
-        found = matrix_analysis(matrices, modes=modes, method=chosen.method, stages=stages)
+        points = _cubic_springs(study, matrices)
+        found = matrix_analysis(
+            matrices, modes=modes, method=chosen.method, points=points, stages=stages
+        )
         return MatrixLinear(found.matrices, found.modes, found.reduction)
 
 
@@ -106,3 +111,21 @@ class MatrixLinear(MatrixAnalysis):
         """Largest unknown of coordinates in kg^1/2 m and contact forces in N."""
         largest = np.abs(self.reduction.displacement(q, force)).max()
         return f"{largest:.4g} m (rad, if it is a rotation)"
+
+
+def _cubic_springs(study: MatrixStudy, matrices: Matrices) -> AttachedPoints:
+    """Unknowns with cubic springs.
+
+    Raises:
+        ModelError: if there is no such unknown.
+    """
+    for number, each in enumerate(study.spring, start=1):
+        if each.unknown > matrices.size:
+            raise ModelError(
+                f"spring[{number}].unknown = {each.unknown}: must not be above "
+                f"{matrices.size}, the number of unknowns of the stiffness"
+            )
+    chosen = [each.unknown - 1 for each in study.spring]
+    rows = np.zeros((matrices.size, len(chosen)))
+    rows[chosen, np.arange(len(chosen))] = 1.0
+    return AttachedPoints(rows, np.array([each.cubic for each in study.spring]))

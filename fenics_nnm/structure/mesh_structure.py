@@ -177,15 +177,14 @@ def _reduced(
 def _modal_solver(study: MeshStudy, solid: Solid) -> ModalSolver:
     """The solver of a study; reductions other than the massless one need factors."""
     chosen = study.solver.linear
-    if chosen == "auto" and study.reduction.method != "massless":
+    if chosen == "auto" and study.reduction.needs_factors:
         chosen = "direct"
     return modal_solver(solid, chosen, study.solver.memory)
 
 
 def _interface_forces(study: MeshStudy, solid: Solid, interface: ContactInterface) -> Array:
     """Unit forces of the interface coordinates that the reduction keeps, shape (n_owned, i)."""
-    chosen = study.reduction
-    if chosen.method == "craig-bampton" and chosen.interface != "contact":
+    if study.reduction.all_directions:
         return interface.unit_forces_all_directions(solid.owned)
     return interface.unit_forces(solid.owned)
 

@@ -68,7 +68,9 @@ def _cad(section: CadFile) -> Cad:
         element_size=section.element_size,
         order=section.order,
         curvature=section.curvature,
-        refined=tuple(Refined(r.facets, r.size, r.distance) for r in section.refine),
+        refined=tuple(
+            Refined(r.facets, r.size, r.distance, "mesh.refine.facets") for r in section.refine
+        ),
     )
 
 

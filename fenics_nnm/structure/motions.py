@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 from fenics_nnm.backbone.arc_start import Begin
-from fenics_nnm.backbone.follow import (
-    ArcContinuation,
-    EnergyContinuation,
-    FrequencyContinuation,
-    Wanted,
-)
+from fenics_nnm.backbone.follow import Wanted
 from fenics_nnm.backbone.levels import HarmonicBalance
-from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.study import Study
-from fenics_nnm.study.continuation import ArcLengthSection
 
 
 def wanted_motions(study: Study, begin: Begin | None = None) -> Wanted:
@@ -23,26 +16,7 @@ def wanted_motions(study: Study, begin: Begin | None = None) -> Wanted:
         study: Study.
         begin: The motion of an earlier run that a branch followed by its length begins at.
     """
-    chosen = study.continuation
-    if chosen.frequencies:
-        over = chosen.frequencies
-        return FrequencyContinuation(over.start, over.stop, over.step, report_at=chosen.report_at)
-    energies = chosen.energies
-    if not chosen.by_arc:
-        return EnergyContinuation(
-            energies.start, energies.stop, energies.step, report_at=chosen.report_at
-        )
-    steps = chosen.arc_length or ArcLengthSection()
-    predictor = Predictor(steps.predictor)
-    return ArcContinuation(
-        energies.start,
-        energies.stop,
-        energies.step if chosen.parameter == "energy" else None,
-        report_at=chosen.report_at,
-        arc=ArcLength(**{**steps.model_dump(), "predictor": predictor}),
-        harmonic=study.mode.harmonic,
-        begin=begin,
-    )
+    return study.continuation.wanted(study.mode.harmonic, begin)
 
 
 def harmonic_balance(study: Study) -> HarmonicBalance:

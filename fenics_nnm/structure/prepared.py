@@ -87,9 +87,10 @@ class Prepared:
         progress = Progress(
             known, on_point, lambda position: stages.report((position - wanted.start) / span)
         )
-        reduced = ReducedOrder(self.linear.reduction.truncation)
+        reduction = self.linear.reduction
+        reduced = ReducedOrder(reduction.truncation, reduction.forces)
         with stages.stage("backbone"):
-            return follow(
+            branch = follow(
                 self.linear.model,
                 wanted,
                 self.balance,
@@ -98,6 +99,12 @@ class Prepared:
                 shooting=self.study.continuation.shooting,
                 progress=progress,
             )
+        return branch if branch.complete else self._advised(branch)
+
+    def _advised(self, branch: Branch) -> Branch:
+        """A branch without all that was wanted, with the keys of the study that may help."""
+        advice = self.study.continuation.advice(self.study.resolution.samples)
+        return replace(branch, reason=f"{branch.reason}; {advice}")
 
 
 def prepared(study: Study, linear: Linear) -> Prepared:

@@ -18,7 +18,7 @@ from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
-from fenics_nnm.study.casing import CasingSection
+from fenics_nnm.study.casing import AnyCasing
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Outline:
 
     mesh: Callable[[MPI.Comm], TaggedMesh]
     roles: Mapping[str, str]
-    casings: Mapping[int, CasingSection]
+    casings: Mapping[int, AnyCasing]
 
 
 class Structure(Protocol):

@@ -123,8 +123,10 @@ def _backbones(outcomes: Sequence[Outcome], keys: Sequence[Variation], title: st
     panels[-1][1].set_xlabel("total energy  (J)", fontsize=9)
     _legend(figure, keys, looks, outcomes)
     missing = sum(not outcome.complete for outcome in outcomes)
-    told = f"{title}\n{missing} of {len(outcomes)} studies are not complete" if missing else title
-    figure.suptitle(told, fontsize=10)
+    heading = (
+        f"{title}\n{missing} of {len(outcomes)} studies are not complete" if missing else title
+    )
+    figure.suptitle(heading, fontsize=10)
     return figure
 
 

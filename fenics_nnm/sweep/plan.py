@@ -112,8 +112,8 @@ def _combined(lists: Sequence[Settings], *, zipped: bool) -> list[Settings]:
         return list(itertools.product(*lists))
     lengths = {items[0].key: len(items) for items in lists}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
-        raise StudyError(f"--zip: needs lists of equal length: {told}")
+        listed = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+        raise StudyError(f"--zip: needs lists of equal length: {listed}")
     return list(zip(*lists, strict=True)) if lists else [()]
 
 

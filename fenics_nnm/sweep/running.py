@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 
 from mpi4py import MPI
 
-from fenics_nnm.errors import one_line
 from fenics_nnm.results.resume import assert_nobody_runs
 from fenics_nnm.run import run_study
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
+from fenics_nnm.study.error_keys import one_line
 from fenics_nnm.sweep.outcome import RunState
 from fenics_nnm.sweep.plan import Case
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 from mpi4py import MPI
 
-from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError, one_line
+from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError
 from fenics_nnm.stages import Stages
+from fenics_nnm.study.error_keys import one_line
 from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
 from fenics_nnm.sweep.outcome import Outcome, RunState, outcome_of, state_of
 from fenics_nnm.sweep.plan import Case, Plan

@@ -32,7 +32,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.time_domain.chord import TOLERANCE, Budget, Chord, FamilyMotion
 from fenics_nnm.time_domain.crossing import crossing
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.shooting import ShotMotion, mean_gamma, mean_gamma_of
 from fenics_nnm.time_domain.stability import COMPLEX, DOUBLING, Stability
 
@@ -125,12 +125,12 @@ class Bifurcations:
 
 
 def bifurcations(
-    flow: Flow, witnesses: Sequence[Witness | None], *, reversible: bool
+    flow: Integrator, witnesses: Sequence[Witness | None], *, reversible: bool
 ) -> Bifurcations:
     """Bifurcations between neighbouring points of a branch.
 
     Args:
-        flow: Flow of the model, in SI units.
+        flow: Integrator of the model, in SI units.
         witnesses: The exact motion of each point, None where there is none.
         reversible: Whether the motions are time-reversible and start at rest.
     """

@@ -28,7 +28,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.time_domain.family import Found, Steps, motion_of_energy, periodic_motion
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.period_map import PeriodMap, Target, period_map
 
 
@@ -131,11 +131,11 @@ class ShotMotion:
         return 1 / self.period
 
 
-def shoot(flow: Flow, guess: OrbitGuess, *, options: Shooting | None = None) -> ShotMotion:
+def shoot(flow: Integrator, guess: OrbitGuess, *, options: Shooting | None = None) -> ShotMotion:
     """The periodic motion of the same energy near a guess; never raises for non-convergence.
 
     Args:
-        flow: Flow of the model that the guess belongs to, in SI units.
+        flow: Integrator of the model that the guess belongs to, in SI units.
         guess: Guess.
         options: Configuration of the iteration.
     """
@@ -149,7 +149,7 @@ def shoot(flow: Flow, guess: OrbitGuess, *, options: Shooting | None = None) -> 
     return _motion(flow, equations, found, options, touches=guess.touches)
 
 
-def mean_gamma(flow: Flow, shot: ShotMotion) -> float:
+def mean_gamma(flow: Integrator, shot: ShotMotion) -> float:
     """Modal energy coordinate gamma = m^ / 2 of a shot motion, with all its harmonics.
 
     m^ = <q' . q'> / omega^2 is a mean over the period (Parseval), in closed form.
@@ -157,20 +157,20 @@ def mean_gamma(flow: Flow, shot: ShotMotion) -> float:
     return mean_gamma_of(flow, shot.q, shot.velocity, shot.period)
 
 
-def mean_gamma_of(flow: Flow, q: Array, velocity: Array, period: float) -> float:
+def mean_gamma_of(flow: Integrator, q: Array, velocity: Array, period: float) -> float:
     """`mean_gamma` of a motion given by its initial state and its period."""
     omega = 2 * np.pi / period
     return flow.run(q, velocity, period, speeds=True).speed_integral / (2 * period * omega**2)
 
 
-def harmonics_of(flow: Flow, shot: ShotMotion, series: Series) -> Array:
+def harmonics_of(flow: Integrator, shot: ShotMotion, series: Series) -> Array:
     """Coefficients of a shot motion in a series, shape (c, J), from the samples of the series."""
     times = shot.period * series.phase / (2 * np.pi)
     return series.analysis @ flow.run(shot.q, shot.velocity, shot.period, times=times).q_at
 
 
 def _motion(
-    flow: Flow, equations: PeriodMap, found: Found, options: Shooting, *, touches: bool
+    flow: Integrator, equations: PeriodMap, found: Found, options: Shooting, *, touches: bool
 ) -> ShotMotion:
     """The result, with the return error of one whole period."""
     q, velocity, period = equations.state(found.unknowns)

@@ -165,7 +165,10 @@ def test_missing_frequency_is_told_as_one(
 @pytest.mark.parametrize(
     ("continuation", "words"),
     [
-        ({"parameter": "frequency"}, ["needs frequencies = { from, to, step }"]),
+        (
+            {"parameter": "frequency"},
+            ['parameter = "frequency" needs frequencies (range { from, to, step }'],
+        ),
         ({**SWEEP, "energies": {"to": 2.0}}, ["energies: does not go with"]),
         ({"frequencies": SWEEP["frequencies"]}, ['frequencies: needs parameter = "frequency"']),
         ({**SWEEP, "frequencies": {"from": 0.9, "to": 1.2}}, ["frequencies.from = 0.9", "1"]),

@@ -8,16 +8,9 @@ from typing import Any, cast
 import pytest
 
 from fenics_nnm.backbone.cascade_solution import CascadeSolution
-from fenics_nnm.backbone.follow import (
-    ArcContinuation,
-    EnergyContinuation,
-    FrequencyContinuation,
-    Wanted,
-)
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.backbone.stepping import Stepping
-from fenics_nnm.mechanics.fourier import CosineSeries
 from fenics_nnm.nonlinear.solution import Solution
 
 
@@ -76,17 +69,3 @@ def test_halved_steps_reach_a_target_beside_a_gap() -> None:
 
     found = stepping(Reluctant(9.0, 9.0), [1.0, 1.1, 1.2])
     assert found.failures == {} and {1.0, 1.1, 1.2} <= set(found.points)
-
-
-@pytest.mark.parametrize(
-    ("wanted", "samples", "words"),
-    [
-        (EnergyContinuation(0.8, 2.0, 0.1), 7, "raise mode.samples = 7,"),
-        (EnergyContinuation(0.8, 2.0, 0.1), 64, "mode.harmonics, or fewer reduction.modes"),
-        (FrequencyContinuation(1.1, 1.5, 0.1), 128, "to all continuation.frequencies; another"),
-        (FrequencyContinuation(1.1, 1.5, 0.1), 9, "to all continuation.frequencies; raise mode"),
-        (ArcContinuation(0.8, 2.0), 128, "keys of continuation.arc_length"),
-    ],
-)
-def test_keys_are_named_where_motions_are_missing(wanted: Wanted, samples: int, words: str) -> None:
-    assert words in wanted.advice(CosineSeries(3, samples))

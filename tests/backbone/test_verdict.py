@@ -13,11 +13,13 @@ from fenics_nnm.backbone.periodicity import followed
 from fenics_nnm.backbone.point import GAMMA_RATIO, BranchPoint
 from fenics_nnm.backbone.verdict import WITH_MASS, judged
 from fenics_nnm.mechanics.contact_points import MASSIVE
+from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.reduction_error import ReductionError
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.shooting import OrbitGuess, shoot
 from fenics_nnm.time_domain.stability import stability
+from fenics_nnm.time_domain.stepped import integrator_of
 
 MODEL = ReducedModel(
     omega=[1.0, 2.62, 6.31],
@@ -37,7 +39,14 @@ def branch(*, shooting: bool = True) -> tuple[BranchPoint, ...]:
 def verdict(
     point: BranchPoint, *, shooting: bool = True, model: ReducedModel = MODEL
 ) -> BranchPoint:
-    (found,) = judged(model, BALANCE.series, [point], mode=0, shooting=shooting).points
+    (found,) = judged(
+        model,
+        BALANCE.series,
+        [point],
+        flow=integrator_of(Mechanics.of(model)),
+        mode=0,
+        shooting=shooting,
+    ).points
     return found
 
 

@@ -15,10 +15,7 @@ PACKAGE = Path(fenics_nnm.__file__).parent
 READING = "study"
 
 #: Where kinds are still asked for: modules, with the classes.
-REMAINING = {
-    "mechanics.contact_law": {"SetFlexibility"},
-    "nonlinear.augmented_lagrangian": {"PenalisedEnergy"},
-}
+REMAINING: dict[str, set[str]] = {}
 
 
 def modules() -> Iterator[tuple[str, ast.Module]]:

@@ -21,6 +21,7 @@ from fenics_nnm.nonlinear.equations import HarmonicEquations, harmonic_equations
 from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import Study, read_study
+from fenics_nnm.study.reduction import AnyReduction, CraigBamptonSection, MasslessSection
 
 ROTOR37 = Path(__file__).parents[2] / "demos" / "rotor37" / "rotor37.toml"
 RATIOS = EnergyContinuation(0.7, 2.0, 0.1)
@@ -31,14 +32,13 @@ def rotor37() -> Study:
     return read_study(ROTOR37)
 
 
-def reduced(study: Study, **reduction: object) -> LinearAnalysis:
-    changed = study.reduction.model_copy(update=reduction)
-    return linear_analysis(study.model_copy(update={"reduction": changed}), MPI.COMM_SELF)
+def reduced(study: Study, reduction: AnyReduction) -> LinearAnalysis:
+    return linear_analysis(study.model_copy(update={"reduction": reduction}), MPI.COMM_SELF)
 
 
 @pytest.fixture(scope="module")
 def contact_only(rotor37: Study) -> LinearAnalysis:
-    return reduced(rotor37, method="craig-bampton", interface="contact")
+    return reduced(rotor37, CraigBamptonSection(interface="contact"))
 
 
 def branch(model: ReducedModel, **multipliers: object) -> Branch:
@@ -60,12 +60,12 @@ def ratios(found: Branch) -> Array:
 
 @pytest.fixture(scope="module")
 def all_directions(rotor37: Study) -> LinearAnalysis:
-    return reduced(rotor37, method="craig-bampton")
+    return reduced(rotor37, CraigBamptonSection())
 
 
 @pytest.fixture(scope="module")
 def massless(rotor37: Study) -> LinearAnalysis:
-    return reduced(rotor37, method="massless")
+    return reduced(rotor37, MasslessSection())
 
 
 @pytest.fixture(scope="module")

@@ -39,6 +39,7 @@ import os, signal, sys
 from pathlib import Path
 import numpy as np
 from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.fem.blocks import Data
 from fenics_nnm.results import branch_file, journal, staging, stored_point
 from fenics_nnm.mechanics.model import ReducedModel
 

@@ -273,7 +273,7 @@ PATCHES: list[tuple[dict[str, Any], str, str]] = [
     (
         {"gap": None, "casing": {**CYLINDER, "radius": None}},
         "contact.patch[2].casing.radius: is missing",
-        '"cylinder" needs it',
+        'shape = "cylinder" needs radius (radius at the origin in m',
     ),
     (
         {"gap": None, "casing": {**CYLINDER, "lobes": 2}},

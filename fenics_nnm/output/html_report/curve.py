@@ -63,14 +63,14 @@ def points(results: Results, table_file: Path, beside: str) -> Section:
     links = [link("download backbone.csv", _data(table_file), download="backbone.csv")]
     if beside:
         links.append(link("open it in the results folder", beside))
-    told = element(
+    sentence = element(
         "p",
         text(f"Of {len(results.points)} points {kept} are shown. All of them, with every column: "),
         joined(links, Html(" or ")),
         text("."),
     )
     rows = _rows(results.points, chosen)
-    content = (told, table(_POINTS, rows, label="Points of the branch"))
+    content = (sentence, table(_POINTS, rows, label="Points of the branch"))
     return Section("points", "Points", content + _kinds_of_instability(results.points))
 
 
@@ -207,7 +207,7 @@ def bifurcations(results: Results) -> Section:
     content: tuple[Html, ...] = ()
     if rows:
         content += (table(columns, rows, label="Bifurcations"),)
-    content += tuple(paragraph(told) for told in _unlocated(results.summary))
+    content += tuple(paragraph(sentence) for sentence in _unlocated(results.summary))
     return Section(
         "bifurcations",
         "Bifurcations",
@@ -225,8 +225,8 @@ def _unlocated(summary: dict[str, Any]) -> list[str]:
     ]
 
 
-def _none(results: Results, told: str) -> str:
-    return told if results.summary else "the run was stopped before its summary."
+def _none(results: Results, sentence: str) -> str:
+    return sentence if results.summary else "the run was stopped before its summary."
 
 
 def _list(ratios: Sequence[float]) -> str:

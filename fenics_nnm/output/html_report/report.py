@@ -42,10 +42,10 @@ def write_report(folder: Path, file: Path) -> None:
         gallery = Gallery(drawn, make_pictures(folder, drawn, formats=("svg",)))
         points = Path(scratch) / "backbone.csv"
         write_backbone(points, results.points)
-        told = _told(results, gallery, points, _beside(folder, file))
+        page = _page(results, gallery, points, _beside(folder, file))
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(told, "utf-8")
+        file.write_text(page, "utf-8")
     except OSError as error:
         raise OutputError(f"{file}: cannot be written: {error.strerror or error}") from error
 
@@ -58,7 +58,7 @@ def _beside(folder: Path, file: Path) -> str:
     return quote(os.path.relpath(table.resolve(), file.parent.resolve()))
 
 
-def _told(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
+def _page(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
     """The text of the page."""
     return page(
         title=title_of(results),

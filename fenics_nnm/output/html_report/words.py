@@ -126,8 +126,8 @@ def _contact(results: Results) -> str:
     area = "" if results.areas is None else f" ({plain(1e6 * float(results.areas.sum()))} mm²)"
     facing = results.body is not None and results.body.facet_side.any()
     met = "the facets opposite" if facing else "an obstacle"
-    told = f"{points}{area} can meet {met} without friction across a gap of {across}."
-    return told + _rest(results.summary.get("at_rest"))
+    sentence = f"{points}{area} can meet {met} without friction across a gap of {across}."
+    return sentence + _rest(results.summary.get("at_rest"))
 
 
 def _rest(rest: dict[str, Any] | None) -> str:
@@ -203,40 +203,40 @@ def _compared(percent: float) -> str:
 def _trust(points: Sequence[BranchPoint]) -> str:
     counts = Counter(point.status for point in points)
     listed = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
-    stable = sum(point.stability == STABLE for point in points)
-    known = sum(bool(point.stability) for point in points)
-    told = f"Of {len(points)} points: {listed}."
+    kinds = [point.stability.kind for point in points if point.stability]
+    stable, known = kinds.count(STABLE), len(kinds)
+    sentence = f"Of {len(points)} points: {listed}."
     if not known:
-        return told
+        return sentence
     which = "all of them are" if stable == known else f"{stable} {'is' if stable == 1 else 'are'}"
-    return f"{told} Stability is known of {known}: {which} stable."
+    return f"{sentence} Stability is known of {known}: {which} stable."
 
 
 def warnings(results: Results) -> list[str]:
     """What a reader must know before using a number, in plain words."""
     points, summary = results.points, results.summary
-    told = []
+    found = []
     if not summary:
-        told.append(
+        found.append(
             "There is no summary.json: the run was stopped before its end, and what is said below "
             "is about the points that it had."
         )
     elif not summary["complete"]:
-        told.append(f"The run did not get all that was asked for: {summary['reason']}.")
-    told += [
+        found.append(f"The run did not get all that was asked for: {summary['reason']}.")
+    found += [
         f"At {_place(each)} no motion on the branch was found: {each['reason']}."
         for each in summary.get("failures", [])
     ]
     counts = Counter(point.status for point in points)
-    told += [
+    found += [
         f"{counts[status]} of {len(points)} points {what}"
         for status, what in _DOUBTFUL.items()
         if counts[status]
     ]
     if summary and not counts[VERIFIED]:
-        told.append("No point is verified: see below why.")
-    told += _missed_tolerance(summary.get("auto", {}))
-    return told
+        found.append("No point is verified: see below why.")
+    found += _missed_tolerance(summary.get("auto", {}))
+    return found
 
 
 def _place(failure: dict[str, Any]) -> str:

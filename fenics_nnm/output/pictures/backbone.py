@@ -31,6 +31,18 @@ from fenics_nnm.output.pictures.style import (
 from fenics_nnm.time_domain.bifurcations import KINDS, BifurcationPoint
 
 
+class LinearMode(NamedTuple):
+    """The linear mode of a branch.
+
+    Attributes:
+        frequency: Its frequency in Hz.
+        at_one: What happens at gamma ratio 1.
+    """
+
+    frequency: float
+    at_one: str = "first contact"
+
+
 class Mark(NamedTuple):
     """How points of one kind are drawn."""
 
@@ -75,10 +87,9 @@ def plot_backbone(
     points: Sequence[BranchPoint],
     *,
     title: str,
-    linear_frequency: float,
+    linear: LinearMode,
     failures: Sequence[Mapping[str, Any]] = (),
     bifurcations: Sequence[BifurcationPoint] = (),
-    at_one: str = "first contact",
     curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
 ) -> None:
     """Frequency over gamma ratio and over energy, with the Rayleigh frequency.
@@ -89,10 +100,9 @@ def plot_backbone(
         path: Picture file to write.
         points: Points of the branch, by ascending energy.
         title: Title of the study.
-        linear_frequency: Frequency of the linear mode in Hz.
+        linear: The linear mode that the branch begins at.
         failures: Gamma or frequency ratios without a point, as in summary.json.
         bifurcations: Bifurcations to mark.
-        at_one: What happens at gamma ratio 1.
         curves: Further curves by name, as gamma ratios and frequencies in Hz.
     """
     figure = new_figure(4.4, 9.0)
@@ -103,12 +113,12 @@ def plot_backbone(
     _draw_bifurcations(left, [place.gamma_ratio for place in bifurcations], bifurcations)
     _draw_bifurcations(right, [place.energy for place in bifurcations], bifurcations)
     for axes in (left, right):
-        axes.axhline(linear_frequency, color=GREY, lw=0.8, label="linear mode")
+        axes.axhline(linear.frequency, color=GREY, lw=0.8, label="linear mode")
     styles = ("k-", "k:", "k-.")
     for (name, (gamma, values)), style in zip((curves or {}).items(), styles, strict=False):
         left.plot(gamma, values, style, lw=1, label=name, zorder=0.5)
-    _draw_failures(left, failures, linear_frequency)
-    left.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
+    _draw_failures(left, failures, linear.frequency)
+    left.axvline(1, color=GREY, lw=0.8, ls=":", label=linear.at_one)
     label(left, GAMMA, "frequency  (Hz)")
     _set_energy_scale(right, energies)
     label(right, _ENERGY, "")
@@ -127,7 +137,7 @@ def frequency_plots(results: Results) -> list[Plot]:
     axes = [
         ("gamma ratio", over_gamma, GAMMA, results.ratios),
         ("energy", "the total energy in J", _ENERGY, _energies(results.points)),
-        ("amplitude", amplitude.told, amplitude.label, amplitude.values),
+        ("amplitude", amplitude.words, amplitude.label, amplitude.values),
     ]
     return [_frequency_plot(results, *each) for each in axes]
 
@@ -135,7 +145,7 @@ def frequency_plots(results: Results) -> list[Plot]:
 def _frequency_plot(
     results: Results,
     over: str,
-    told: str,
+    words: str,
     abscissa_label: str,
     abscissa: Array,
 ) -> Plot:
@@ -164,7 +174,7 @@ def _frequency_plot(
     return Plot(
         name=f"frequency_{over.split()[0]}",
         title=f"Frequency over {over}",
-        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {told}."
+        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {words}."
         + (explained if over == "gamma ratio" else " Marks and lines as over the gamma ratio."),
         group="frequency",
         figure=figure,
@@ -297,11 +307,11 @@ def _number_resonances(axes: Axes, x: Array, points: Sequence[BranchPoint]) -> s
 
 def _verdicts(points: Sequence[BranchPoint]) -> str:
     """What the marks of the points mean."""
-    told = {
+    words = {
         VERIFIED: "verified: confirmed by integration in time",
         CONVERGED: "converged: solves its equations, not confirmed in time",
         RESONANT: "inside resonance: another mode draws energy",
         FAILED: "failed: integration in time contradicts it",
     }
     found = {point.status for point in points}
-    return " Points are " + "; ".join(text for name, text in told.items() if name in found) + "."
+    return " Points are " + "; ".join(text for name, text in words.items() if name in found) + "."

@@ -16,7 +16,7 @@ from fenics_nnm.output.pictures.panels import (
     height_over_width,
     legend_of,
     round_below,
-    scale_told,
+    scale_words,
     show,
 )
 from fenics_nnm.output.pictures.renderer import Image
@@ -164,7 +164,7 @@ def plan_mesh(body: StoredBranch, view: View) -> Plan:
         caption = (
             f"Mesh of {len(body.cells)} cells with {len(body.nodes)} nodes; balls: contact points, "
             f"{len(body.contact_points)} in all{_SIDES[len(views)]}. Lengths in the plane of the "
-            f"picture have the scale below it, of {scale_told(cameras[0])}."
+            f"picture have the scale below it, of {scale_words(cameras[0])}."
         )
         return Plot("mesh", "Mesh and contact points", caption, "body", figure)
 

@@ -21,8 +21,7 @@ from fenics_nnm.output.pictures.renderer import Image, RenderError, render
 from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
 from fenics_nnm.output.pictures.style import BLACK, OUTLINE, colours_of_parts, new_figure, unit_for
-from fenics_nnm.structure.contact_patches import casing_surface
-from fenics_nnm.study.casing import CasingSection
+from fenics_nnm.study.casing import AnyCasing
 
 #: Length of the arrows at contact points, as a part of the size of the body.
 _ARROW = 0.09
@@ -34,7 +33,6 @@ Entry = tuple[str, str, str]
 """Kind, colour and name of an entry of the legend."""
 
 #: What a round casing is called, by where the body is.
-_ROUND = {"inside": "casing", "outside": "shaft"}
 
 #: Names of groups stand so far apart, beside and above each other, in points, and in such boxes.
 _APART = np.array([60.0, 13.0])
@@ -46,7 +44,7 @@ def draw_groups(
     tagged: TaggedMesh,
     roles: Mapping[str, str],
     interface: ContactInterface | None = None,
-    casings: Mapping[int, CasingSection] | None = None,
+    casings: Mapping[int, AnyCasing] | None = None,
 ) -> None:
     """Draw a mesh with its groups, and with its contact points and casings if they are known.
 
@@ -81,7 +79,7 @@ def _draw(
     groups: MeshGroups,
     roles: Mapping[str, str],
     interface: ContactInterface | None,
-    casings: Mapping[int, CasingSection],
+    casings: Mapping[int, AnyCasing],
 ) -> None:
     skin = skin_around(groups.nodes, groups.faces, groups.dim)
     directions = interface.directions if interface else np.empty((0, groups.dim))
@@ -172,14 +170,14 @@ def _contact(interface: ContactInterface, size: float) -> list[Layer]:
 
 
 def _casings(
-    interface: ContactInterface, casings: Mapping[int, CasingSection], size: float
+    interface: ContactInterface, casings: Mapping[int, AnyCasing], size: float
 ) -> list[Layer]:
     dim = interface.points.shape[1]
     return [
         layer
         for number, casing in casings.items()
         for layer in casing_layers(
-            casing_surface(casing), interface.points[interface.patch == number], size, dim
+            casing.surface(), interface.points[interface.patch == number], size, dim
         )
     ]
 
@@ -192,8 +190,8 @@ def _entries(
     entries = []
     colours = colours_of_parts(len(groups.facets))
     for colour, (name, corners) in zip(colours, groups.facets.items(), strict=True):
-        told = [f"{len(corners)} facets", roles.get(name) or _covered(groups, corners, roles)]
-        entries.append((kind, colour, f"{name} ({', '.join(filter(None, told))})"))
+        notes = [f"{len(corners)} facets", roles.get(name) or _covered(groups, corners, roles)]
+        entries.append((kind, colour, f"{name} ({', '.join(filter(None, notes))})"))
     if len(groups.cells) > 1:
         colours = colours_of_parts(len(groups.cells), light=True)
         entries += [
@@ -215,15 +213,12 @@ def _covered(groups: MeshGroups, corners: Indices, roles: Mapping[str, str]) -> 
     return f"part of {', '.join(sorted(found))}" if found and "" not in found else ""
 
 
-def _casing_entries(
-    interface: ContactInterface, casings: Mapping[int, CasingSection]
-) -> list[Entry]:
+def _casing_entries(interface: ContactInterface, casings: Mapping[int, AnyCasing]) -> list[Entry]:
     """Casings in the legend, with the patch where there are several."""
     entries = []
     for number, casing in casings.items():
-        name = "obstacle" if casing.shape == "plane" else _ROUND[casing.body or "inside"]
         of = f" of {interface.names[number]}" if len(interface.names) > 1 else ""
-        entries.append(("face", CASING_TINT, f"{name}{of} ({casing.shape})"))
+        entries.append(("face", CASING_TINT, f"{casing.word}{of} ({casing.shape})"))
     return entries
 
 

@@ -125,7 +125,7 @@ def _scale(camera: Camera) -> tuple[float, Unit]:
     return length, unit_for(np.array([length]), "m")
 
 
-def scale_told(camera: Camera) -> str:
+def scale_words(camera: Camera) -> str:
     """Length of the scale below a picture, with its unit."""
     length, unit = _scale(camera)
     return f"{length * unit.factor:g} {unit.name}"
@@ -136,7 +136,7 @@ def _draw_scale(axes: Axes, camera: Camera, height: float) -> None:
     length, _ = _scale(camera)
     start = left + 0.04 * (right - left)
     axes.plot([start, start + length], [height, height], color="black", lw=1.5)
-    name = f"{scale_told(camera)}\n"
+    name = f"{scale_words(camera)}\n"
     axes.text(start + length / 2, height, name, ha="center", va="center", fontsize=7.5)
 
 

@@ -65,10 +65,10 @@ def render(scenes: Sequence[Scene]) -> list[Image]:
 def _reason(ended: subprocess.CompletedProcess[str]) -> str:
     """Why a process failed: the last line that it wrote."""
     lines = [line for line in ended.stderr.splitlines() if line.strip()]
-    told = lines[-1].strip() if lines else ""
+    message = lines[-1].strip() if lines else ""
     if ended.returncode < 0:
-        return f"VTK ended by signal {-ended.returncode}" + (f": {told}" if told else "")
-    return told or f"VTK ended with code {ended.returncode}"
+        return f"VTK ended by signal {-ended.returncode}" + (f": {message}" if message else "")
+    return message or f"VTK ended with code {ended.returncode}"
 
 
 def _drawn(scene: Scene, pyvista: Any) -> Image:

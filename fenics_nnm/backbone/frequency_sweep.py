@@ -46,9 +46,8 @@ class FrequencySweep:
         """Solve at frequency ratio `position`; of several motions as `Cascade.at` chooses."""
         coarse = self._coarse(position)
         if coarse is None:
-            return self._missing(
-                position, "the followed mode alone has no motion of this frequency"
-            )
+            why = "the followed mode alone has no motion of this frequency"
+            return self._missing(position, why)
         gamma = coarse.energies.gamma
         search = FrequencyCascade(self.cascade.reduced, self.cascade.newton)
         found = [self._of_all_levels(position, coarse, search.from_coarse(position, gamma, coarse))]
@@ -68,15 +67,11 @@ class FrequencySweep:
 
     def _coarse(self, omega: float) -> Solution | None:
         """The single-mode motion of a frequency, between energies on either side of it."""
-        low, high, side = 1.0, _FACTOR, 1.0 if omega > 1 else -1.0
-        while (beyond := self.cascade.coarse(high)) is not None and side * (
-            beyond.omega - omega
-        ) < 0:
-            low, high = high, _FACTOR * high
-            if high > _LARGEST_RATIO:
-                return None
-        if beyond is None:
+        side = 1.0 if omega > 1 else -1.0
+        ends = self._energies_about(omega, side)
+        if ends is None:
             return None
+        low, high = ends
         for _ in range(_HALVINGS):
             middle = (low + high) / 2
             between = self.cascade.coarse(middle)
@@ -86,6 +81,18 @@ class FrequencySweep:
                 return between
             low, high = (middle, high) if side * (between.omega - omega) < 0 else (low, middle)
         return between
+
+    def _energies_about(self, omega: float, side: float) -> tuple[float, float] | None:
+        """Gamma ratios between which the single-mode motion passes a frequency, if it does."""
+        low, high = 1.0, _FACTOR
+        while high <= _LARGEST_RATIO:
+            beyond = self.cascade.coarse(high)
+            if beyond is None:
+                return None
+            if side * (beyond.omega - omega) >= 0:
+                return low, high
+            low, high = high, _FACTOR * high
+        return None
 
     def _of_all_levels(
         self, position: float, coarse: Solution, reduced: Solution | None
@@ -114,6 +121,5 @@ class FrequencySweep:
 
     def _missing(self, position: float, why: str) -> CascadeSolution:
         failure = f"{why}; wanted {position:.6g} times the linear one"
-        return CascadeSolution(
-            position, float("nan"), (None,) * len(self.cascade.levels), failure=failure
-        )
+        nothing = (None,) * len(self.cascade.levels)
+        return CascadeSolution(position, float("nan"), nothing, failure=failure)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import ufl
@@ -14,32 +13,11 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.stress import Expr
 from fenics_nnm.fem.vertices import at_vertices
-
-
-@dataclass(frozen=True, slots=True)
-class Attachment:
-    """A mass, or springs to the ground, in the directions of the axes.
-
-    Attributes:
-        key: The study's section, for messages.
-        kind: "mass" or "spring".
-        values: Mass in kg or stiffness in N/m along each axis, shape (dim,); per area, in
-            kg/m^2 or N/m^3, if `per_area`.
-        point: Coordinates in m that the nearest vertex is taken to; empty for facets.
-        facets: Names of groups of facets that it is spread over evenly; empty for a point.
-        per_area: Whether values are per area of the facets.
-    """
-
-    key: str
-    kind: Literal["mass", "spring"]
-    values: tuple[float, ...]
-    point: tuple[float, ...] = ()
-    facets: tuple[str, ...] = ()
-    per_area: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,8 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
-from fenics_nnm.fem.gmsh_mesh import check_one_type, extracted
+from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.gmsh_mesh import extracted
 from fenics_nnm.fem.raw_mesh import RawMesh
 
 #: Dimension, gmsh's number and plural of each kind of cell, by meshio's names.
@@ -57,7 +58,11 @@ class ForeignMesh:
         cells: Rows of `points` of the cells of each kind, a key of `KINDS`.
         sets: Rows of `cells` of each named set, by kind.
         node_sets: Rows of `points` of each named set of nodes.
-        facets: Corners of each facet of a named surface, as rows of `points`.
+        facets: Corners of each facet of a named surface, as rows of `points`, -1 after those of
+            a triangle among quadrangles.
+        numbers: Number of each cell in the file, by kind; counted from 1 without.
+        attached: Masses and springs, in the units of the file.
+        notes: What was left out or changed on reading, a line each.
     """
 
     points: Array
@@ -65,6 +70,13 @@ class ForeignMesh:
     sets: Mapping[str, Mapping[str, Indices]] = field(default_factory=dict)
     node_sets: Mapping[str, Indices] = field(default_factory=dict)
     facets: Mapping[str, Indices] = field(default_factory=dict)
+    numbers: Mapping[str, Indices] = field(default_factory=dict)
+    attached: tuple[Attachment, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def numbers_of(self, kind: str) -> Indices:
+        """Number in the file of each cell of a kind."""
+        return np.asarray(self.numbers.get(kind, np.arange(len(self.cells[kind])) + 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +105,7 @@ class _Facets:
 
 
 def raw_mesh(name: str, foreign: ForeignMesh) -> RawMesh:
-    """Cells of the highest dimension, and facets of all sets that name some.
+    """Cells of the highest dimension, of one kind, and facets of all sets that name some.
 
     A facet belongs to a set of nodes if it lies on the surface and all its nodes are in the set.
     Where several kinds of sets have one name, named surfaces and sets of flat cells come first.
@@ -106,15 +118,12 @@ def raw_mesh(name: str, foreign: ForeignMesh) -> RawMesh:
     Raises:
         MeshError: if the cells cannot be used, or a set names facets that the cells do not have.
     """
-    if not foreign.cells:
-        raise MeshError(f"{name}: holds no cells")
     dim = max(KINDS[kind][0] for kind in foreign.cells)
     bodies = [kind for kind in foreign.cells if KINDS[kind][0] == dim]
-    check_one_type(name, {KINDS[kind][2]: len(foreign.cells[kind]) for kind in bodies})
     kind = bodies[0]
     _add_cells(foreign, kind)
-    if dim == 0 or kind.startswith(("wedge", "pyramid")):
-        return extracted(name)  # which refuses them
+    if dim == 0:
+        return extracted(name)  # which refuses points
     table = _facet_table(KINDS[kind][1])
     groups = _facet_groups(name, foreign, table, dim)
     for group, rows in groups.items():
@@ -122,7 +131,21 @@ def raw_mesh(name: str, foreign: ForeignMesh) -> RawMesh:
             _add_facets(group, table.kind, table.nodes[rows])
     raw = extracted(name)
     none = np.empty((0, table.nodes.shape[1]), dtype=np.int64)
-    return replace(raw, facets={group: raw.facets.get(group, none) for group in groups})
+    return replace(
+        raw,
+        facets={group: raw.facets.get(group, none) for group in groups},
+        nodes=_nodes_of_cells(foreign, kind),
+        attached=foreign.attached,
+        notes=foreign.notes,
+    )
+
+
+def _nodes_of_cells(foreign: ForeignMesh, kind: str) -> dict[str, Indices]:
+    """Sets of nodes as rows of the points that cells have, which are numbered as they stand."""
+    used = np.zeros(len(foreign.points), dtype=bool)
+    used[foreign.cells[kind]] = True
+    row = np.cumsum(used) - 1
+    return {name: row[nodes[used[nodes]]] for name, nodes in foreign.node_sets.items()}
 
 
 def _add_cells(foreign: ForeignMesh, kind: str) -> None:

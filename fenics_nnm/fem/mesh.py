@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import gmsh
@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
 from fenics_nnm.fem.mesh_file import read_raw
 from fenics_nnm.fem.raw_mesh import RawMesh, distributed
@@ -28,11 +29,17 @@ class TaggedMesh:
         mesh: Mesh of one cell type, whose geometric and topological dimensions agree.
         facets: Local facet indices of each named group; the names are alike on all ranks.
         cells: Local cell indices, ghosts included, of each named group; names as above.
+        nodes: Local nodes of the geometry, ghosts included, of each named set of nodes.
+        attached: Masses and springs that the file has.
+        notes: What was left out or changed on reading the file, a line each.
     """
 
     mesh: dmesh.Mesh
     facets: dict[str, Indices]
     cells: dict[str, Indices]
+    nodes: dict[str, Indices] = field(default_factory=dict)
+    attached: tuple[Attachment, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def dim(self) -> int:
@@ -100,4 +107,7 @@ def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> T
         metres: Metres in one unit of its coordinates.
         comm: Communicator of the mesh.
     """
-    return TaggedMesh(*distributed(read, metres, comm))
+    spread = distributed(read, metres, comm)
+    return TaggedMesh(
+        spread.mesh, spread.facets, spread.cells, spread.nodes, spread.attached, spread.notes
+    )

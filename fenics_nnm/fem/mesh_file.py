@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.abaqus_mesh import read_abaqus
+from fenics_nnm.fem.foreign_body import one_body
 from fenics_nnm.fem.foreign_mesh import raw_mesh
 from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session, open_mesh
 from fenics_nnm.fem.meshio_mesh import read_meshio
@@ -19,6 +20,7 @@ _GMSH = (".msh", ".msh2", ".msh4", ".unv")
 _READERS = {
     ".inp": read_abaqus,
     ".bdf": read_nastran,
+    ".dat": read_nastran,
     ".nas": read_nastran,
     ".fem": read_nastran,
 }
@@ -43,4 +45,4 @@ def read_raw(path: Path) -> RawMesh:
             open_mesh(path)
             return extracted(str(path))
         foreign = _READERS.get(suffix, read_meshio)(path)
-        return raw_mesh(str(path), foreign)
+        return raw_mesh(str(path), one_body(str(path), foreign))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import ufl
@@ -12,8 +12,8 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.attachments import (
-    Attachment,
     Vertex,
     add_at_vertex,
     nearest_vertex,
@@ -97,6 +97,7 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
             exactly one material, or something cannot be attached.
         ModelError: if the orientation of a material does not go with the theory.
     """
+    body = replace(body, attachments=(*body.attachments, *tagged.attached))
     expected = THEORY_DIMENSION[body.theory]
     if tagged.dim != expected:
         raise MeshError(

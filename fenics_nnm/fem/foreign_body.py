@@ -45,6 +45,7 @@ def one_body(name: str, foreign: ForeignMesh) -> ForeignMesh:
         return foreign
     _assert_one_order(name, cells)
     found = split(name, foreign.points, cells, numbers)
+    _assert_whole(name, table, found, numbers)
     return _carried_over(foreign, dim, table, found)
 
 
@@ -79,6 +80,29 @@ def _assert_one_order(name: str, cells: dict[str, Indices]) -> None:
             f"{name}: mixes {counts['1']} elements of order 1 and {counts['2']} of order 2, which "
             "do not fit each other: must be of one order"
         )
+
+
+def _assert_whole(name: str, table: FacetTable, found: SplitCells, numbers: Indices) -> None:
+    """Refuse quadrangles on two triangles that are not those the quadrangles are divided into."""
+    rows = table.outer
+    if table.corners.shape[1] < 4:
+        return
+    flat = table.corners[rows, 3] < 0
+    square = rows[~flat]
+    alone = facet_table({found.kind: found.cells})
+    for left_out in range(4):
+        three = np.delete(table.corners[square], left_out, axis=1)
+        partner = table.find(three)
+        meeting = np.flatnonzero(partner >= 0)
+        split_row = alone.find(three[meeting])
+        cracked = meeting[(split_row < 0) | (alone.times[split_row] == 1)]
+        if len(cracked):
+            pair = table.cell[square[cracked[0]]], table.cell[partner[cracked[0]]]
+            raise MeshError(
+                f"{name}: {len(cracked)} quadrangles meet two triangles that do not fit them, one "
+                f"between the elements {int(numbers[pair[0]])} and {int(numbers[pair[1]])}: needs "
+                "pyramids in between"
+            )
 
 
 def _carried_over(

@@ -34,16 +34,22 @@ KINDS: dict[str, tuple[int, int, str]] = {
     "wedge15": (3, 18, "prisms"),
     "pyramid": (3, 7, "pyramids"),
     "pyramid13": (3, 19, "pyramids"),
+    "wedge18": (3, 13, "prisms"),
+    "pyramid14": (3, 14, "pyramids"),
 }
 
 #: VTK's place of each node in gmsh's order, where the two differ.
-_GMSH_ORDER = {
+GMSH_ORDER = {
     "tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
     "hexahedron20": [*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14],
     "hexahedron27": [
         *[*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14],
         *[24, 22, 20, 21, 23, 25, 26],
     ],
+    "wedge15": [*range(6), 6, 8, 12, 7, 13, 14, 9, 11, 10],
+    "wedge18": [*range(6), 6, 8, 12, 7, 13, 14, 9, 11, 10, 15, 17, 16],
+    "pyramid13": [*range(5), 5, 8, 9, 6, 10, 7, 11, 12],
+    "pyramid14": [*range(5), 5, 8, 9, 6, 10, 7, 11, 12, 13],
 }
 
 _ALL_CELLS = "body"
@@ -152,7 +158,7 @@ def _add_cells(foreign: ForeignMesh, kind: str) -> None:
     """Add nodes and cells; cells of the same sets are one entity."""
     dim, number, _ = KINDS[kind]
     cells = foreign.cells[kind]
-    cells = cells[:, _GMSH_ORDER.get(kind, list(range(cells.shape[1])))] + 1
+    cells = cells[:, GMSH_ORDER.get(kind, list(range(cells.shape[1])))] + 1
     members = {name: rows[kind] for name, rows in foreign.sets.items() if len(rows.get(kind, ()))}
     members.setdefault(_ALL_CELLS, np.arange(len(cells)))
     belongs = np.zeros((len(cells), len(members)), dtype=bool)

@@ -46,6 +46,13 @@ class TaggedMesh:
         """Dimension of the body: 1, 2 or 3."""
         return int(self.mesh.topology.dim)
 
+    def _box(self) -> str:
+        """Ranges of the coordinates in m; all ranks call this."""
+        x, comm = self.mesh.geometry.x[:, : self.dim], self.mesh.comm
+        low = np.min(comm.allgather(x.min(axis=0, initial=np.inf)), axis=0)
+        high = np.max(comm.allgather(x.max(axis=0, initial=-np.inf)), axis=0)
+        return " x ".join(f"[{a:.5g}, {b:.5g}]" for a, b in zip(low, high, strict=True))
+
     def facets_of(self, names: tuple[str, ...], what: str) -> Indices:
         """Local facets of all the named groups together.
 
@@ -59,7 +66,10 @@ class TaggedMesh:
         for name in names:
             if name not in self.facets:
                 known = ", ".join(f'"{known}"' for known in sorted(self.facets)) or "none"
-                raise MeshError(f'{what} = "{name}": the mesh has no such group; it has {known}')
+                raise MeshError(
+                    f'{what} = "{name}": the mesh has no such group; it has {known}; groups can be '
+                    f"picked by place in [groups.{name}]: the mesh lies in {self._box()} m"
+                )
             if not self.mesh.comm.allreduce(len(self.facets[name])):
                 raise MeshError(
                     f'{what} = "{name}": the group has no facets: a set of nodes has those whose '

@@ -8,10 +8,13 @@ from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.abaqus_mesh import read_abaqus
 from fenics_nnm.fem.foreign_body import one_body
 from fenics_nnm.fem.foreign_mesh import raw_mesh
-from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session, open_mesh
+from fenics_nnm.fem.gmsh_foreign import raw_of_model
+from fenics_nnm.fem.gmsh_mesh import gmsh_session, open_mesh
 from fenics_nnm.fem.meshio_mesh import read_meshio
 from fenics_nnm.fem.nastran_mesh import read_nastran
 from fenics_nnm.fem.raw_mesh import RawMesh
+from fenics_nnm.fem.vtk_legacy import read_vtk
+from fenics_nnm.fem.vtu_file import read_vtu
 
 #: Files that gmsh reads with their named groups; it keeps the groups of .unv, which meshio lacks.
 _GMSH = (".msh", ".msh2", ".msh4", ".unv")
@@ -19,6 +22,8 @@ _GMSH = (".msh", ".msh2", ".msh4", ".unv")
 #: Readers of our own; all other files are read by meshio.
 _READERS = {
     ".inp": read_abaqus,
+    ".vtu": read_vtu,
+    ".vtk": read_vtk,
     ".bdf": read_nastran,
     ".dat": read_nastran,
     ".nas": read_nastran,
@@ -43,6 +48,6 @@ def read_raw(path: Path) -> RawMesh:
     with gmsh_session(str(path)):
         if suffix in _GMSH:
             open_mesh(path)
-            return extracted(str(path))
+            return raw_of_model(str(path))
         foreign = _READERS.get(suffix, read_meshio)(path)
         return raw_mesh(str(path), one_body(str(path), foreign))

@@ -126,7 +126,8 @@ def _following(corners: Indices) -> Indices:
 
 def _refuse_inside(name: str, numbers: Indices, table: FacetTable, parts: _Parts) -> None:
     """Refuse cells at the surface that reach deep into another cell."""
-    own = np.flatnonzero(np.isin(parts.parent, table.cell[table.outer]))
+    upright = parts.signs[parts.parent] != 0  # others are refused as folded later on
+    own = np.flatnonzero(np.isin(parts.parent, table.cell[table.outer]) & upright)
     weights = np.array([_PROBE[: parts.corners.shape[1]], _PROBE[::-1][: parts.corners.shape[1]]])
     weights /= weights.sum(axis=1, keepdims=True)
     points = np.einsum("pk,skd->spd", weights, parts.corners[own]).reshape(-1, weights.shape[1] - 1)
@@ -134,7 +135,7 @@ def _refuse_inside(name: str, numbers: Indices, table: FacetTable, parts: _Parts
     for some in np.array_split(np.arange(len(parts.corners)), len(parts.corners) // _AT_ONCE + 1):
         probe, simplex = _near(points, parts.corners[some])
         simplex = some[simplex]
-        other = cell[probe] != parts.parent[simplex]
+        other = (cell[probe] != parts.parent[simplex]) & upright[simplex]
         probe, simplex = probe[other], simplex[other]
         inside = _inside(parts.corners[simplex], points[probe])
         if inside.any():

@@ -96,7 +96,8 @@ def mixed() -> Any:
 
 
 BAD = [
-    ("a.vtu", b"nonsense", ["meshio cannot read it"]),
+    ("a.vtu", b"nonsense", ["no file of VTK that can be read"]),
+    ("a.vtk", b"nonsense", ["no file of VTK that can be read"]),
     ("a.med", b"nonsense", ["meshio cannot read it"]),
     ("a.xyz", b"nonsense", ["meshio cannot read it"]),
     ("a.vtu", square("polygon", [[0, 1, 2, 5, 3]]), ["1 cells of the type", "must be of order"]),

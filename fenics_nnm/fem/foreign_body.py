@@ -10,6 +10,7 @@ from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.cell_shapes import FacetTable, facet_table, shape_of
 from fenics_nnm.fem.foreign_mesh import KINDS, ForeignMesh
+from fenics_nnm.fem.middle_nodes import assert_middles
 from fenics_nnm.fem.overlaps import assert_single
 from fenics_nnm.fem.splitting import SplitCells, divided, split
 from fenics_nnm.fem.strays import without_strays
@@ -38,6 +39,7 @@ def one_body(name: str, foreign: ForeignMesh) -> ForeignMesh:
         return foreign
     cells = {kind: rows for kind, rows in foreign.cells.items() if KINDS[kind][0] == dim}
     numbers = np.concatenate([foreign.numbers_of(kind) for kind in cells])
+    assert_middles(name, cells, numbers)
     table = facet_table(cells)
     foreign = _without_stray_sides(without_strays(name, foreign, dim, table), table)
     assert_single(name, foreign.points, cells, numbers, table)

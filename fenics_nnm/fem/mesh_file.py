@@ -6,6 +6,8 @@ from pathlib import Path
 
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.abaqus_mesh import read_abaqus
+from fenics_nnm.fem.ansys_mesh import read_ansys
+from fenics_nnm.fem.file_kinds import assert_kind, sign_of
 from fenics_nnm.fem.foreign_body import one_body
 from fenics_nnm.fem.foreign_mesh import raw_mesh
 from fenics_nnm.fem.gmsh_foreign import raw_of_model
@@ -21,14 +23,17 @@ _GMSH = (".msh", ".msh2", ".msh4", ".unv")
 
 #: Readers of our own; all other files are read by meshio.
 _READERS = {
-    ".inp": read_abaqus,
     ".vtu": read_vtu,
     ".vtk": read_vtk,
     ".bdf": read_nastran,
-    ".dat": read_nastran,
+    ".cdb": read_ansys,
     ".nas": read_nastran,
     ".fem": read_nastran,
 }
+
+
+#: Readers of endings that Ansys has too.
+_SHARED = {".inp": read_abaqus, ".dat": read_nastran}
 
 
 def read_raw(path: Path) -> RawMesh:
@@ -36,7 +41,8 @@ def read_raw(path: Path) -> RawMesh:
 
     Args:
         path: A .msh or .unv file, an .inp file of Abaqus or CalculiX, Nastran bulk data (.bdf,
-            .nas, .fem), or a file that meshio reads, such as .med, .vtu, .vtk or .xdmf.
+            .dat, .nas, .fem), an archive of Ansys (.cdb, .dat), a file of VTK (.vtu, .vtk), or one
+            that meshio reads, such as .med or .xdmf.
 
     Raises:
         MeshError: if the file cannot be used; the message says why.
@@ -45,9 +51,13 @@ def read_raw(path: Path) -> RawMesh:
         what = "is not a file" if path.exists() else "there is no such file"
         raise MeshError(f"mesh.file = {path}: {what}")
     suffix = path.suffix.lower()
+    assert_kind(path)
     with gmsh_session(str(path)):
         if suffix in _GMSH:
             open_mesh(path)
             return raw_of_model(str(path))
-        foreign = _READERS.get(suffix, read_meshio)(path)
+        reader = _READERS.get(suffix, read_meshio)
+        if suffix in _SHARED:
+            reader = read_ansys if "Ansys" in sign_of(path)[0] else _SHARED[suffix]
+        foreign = reader(path)
         return raw_mesh(str(path), one_body(str(path), foreign))

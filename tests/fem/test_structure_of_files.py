@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from brick_beams import SIZE, bdf, bricks, inp, nodes
 from conftest import BEAM, Ended
 from mpi4py import MPI
 
@@ -16,44 +17,6 @@ from fenics_nnm.fem.mesh import TaggedMesh, read_mesh
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
-
-SIZE = (0.2, 0.02, 0.01)
-
-
-def nodes(n: tuple[int, int, int]) -> Any:
-    """Nodes of a beam of n bricks, x fastest."""
-    axes = [np.linspace(0, size, k + 1) for size, k in zip(SIZE, n, strict=True)]
-    z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
-    return np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-
-
-def bricks(n: tuple[int, int, int]) -> list[list[int]]:
-    """Nodes of each brick from 1, in the order of Abaqus and Nastran."""
-    a, b = n[0] + 1, (n[0] + 1) * (n[1] + 1)
-    cells = []
-    for k in range(n[2]):
-        for j in range(n[1]):
-            for i in range(n[0]):
-                base = 1 + i + j * a + k * b
-                low = [base, base + 1, base + 1 + a, base + a]
-                cells.append([*low, *(node + b for node in low)])
-    return cells
-
-
-def inp(rest: str = "", n: tuple[int, int, int] = (4, 1, 1)) -> str:
-    lines = ["*NODE, NSET=Nall"]
-    lines += [", ".join(map(str, (i + 1, *x))) for i, x in enumerate(nodes(n).tolist())]
-    lines += ["*ELEMENT, TYPE=C3D8, ELSET=Eall"]
-    lines += [", ".join(map(str, (i + 1, *row))) for i, row in enumerate(bricks(n))]
-    return "\n".join([*lines, rest, ""])
-
-
-def bdf(rest: str = "", n: tuple[int, int, int] = (4, 1, 1)) -> str:
-    lines = ["BEGIN BULK"]
-    lines += [f"GRID,{i + 1},,{x},{y},{z}" for i, (x, y, z) in enumerate(nodes(n).tolist())]
-    for i, row in enumerate(bricks(n)):
-        lines += [f"CHEXA,{i + 1},1," + ",".join(map(str, row[:6])) + ",+", f"+,{row[6]},{row[7]}"]
-    return "\n".join([*lines, "PSOLID,1,1", "MAT1,1,2.1+11,,.3,7850.", rest, "ENDDATA", ""])
 
 
 def read(path: Path, text: str, unit: str = "m") -> TaggedMesh:

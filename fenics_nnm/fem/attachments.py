@@ -95,7 +95,7 @@ def nearest_vertex(
     found = None
     if rank == comm.rank:
         block = int(at_vertices(mesh, space.dofmap.list)[owned[first]])
-        held = bool(np.isin(block * tagged.dim, clamped))
+        held = bool(np.isin(block * tagged.dim + np.arange(tagged.dim), clamped).all())
         found = points[first], _size_around(mesh, int(owned[first])), held
     point, size, held = comm.bcast(found, root=rank)
     if distance > size:
@@ -112,13 +112,28 @@ def nearest_vertex(
 
 
 def add_at_vertex(
-    matrix: PETSc.Mat, space: fem.FunctionSpace, vertex: Vertex, values: tuple[float, ...]
+    matrix: PETSc.Mat,
+    space: fem.FunctionSpace,
+    vertex: Vertex,
+    values: tuple[float, ...],
+    clamped: Indices,
 ) -> None:
-    """Add values along the axes to the diagonal of an assembled matrix; all ranks call this."""
+    """Add values along the free axes to the diagonal of an assembled matrix; all ranks call this.
+
+    Args:
+        matrix: K or M.
+        space: Displacement space.
+        vertex: Vertex.
+        values: Value along each axis.
+        clamped: Local indices of clamped degrees of freedom, unrolled.
+    """
     if vertex.block >= 0:
         size = space.dofmap.index_map_bs
         first = (space.dofmap.index_map.local_range[0] + vertex.block) * size
+        held = np.isin(vertex.block * size + np.arange(size), clamped)
         for axis, value in enumerate(values):
+            if held[axis]:
+                continue
             matrix.setValue(first + axis, first + axis, value, PETSc.InsertMode.ADD_VALUES)
     matrix.assemble()
 

@@ -59,7 +59,8 @@ def _gathered(solid: Solid) -> tuple[Indices, Array, Array]:
     nodes = cell_nodes(mesh)[:own, :width]
     blocks = solid.space.dofmap.list[:own, :width]
     numbers = np.asarray(mesh.geometry.input_global_indices, dtype=np.int64)
-    fixed = np.isin(blocks * solid.tagged.dim, solid.clamped)
+    dim = solid.tagged.dim
+    fixed = np.isin(blocks[..., None] * dim + np.arange(dim), solid.clamped).any(axis=2)
     parts = (numbers[nodes], mesh.geometry.x[nodes], fixed)
     gathered = [
         np.concatenate([part.reshape(len(part), -1) for part in found if len(part)])

@@ -24,6 +24,7 @@ from fenics_nnm.backbone.levels import HarmonicBalance, contact_model
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.errors import ModelError, StudyError
+from fenics_nnm.fem.clamp import Clamp
 from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
 from fenics_nnm.fem.mesh import TaggedMesh
@@ -120,10 +121,10 @@ def _analysis_of_mesh(
     """Mesh, assemble, find modes and attachment solutions, reduce."""
     with stages.stage("mesh"):
         tagged = tagged_mesh(study, comm)
-        clamped = _clamped_facets(study, tagged)
+        clamped, clamps = _clamped_facets(study, tagged), _clamps(study, tagged.dim)
         patches = contact_patches(study.contact, tagged)
     with stages.stage("assembly"):
-        solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped)
+        solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped, clamps)
         interface = contact_interface(solid, patches)
     with stages.stage("factors"):
         found = _modal_solver(study, solid)
@@ -272,6 +273,24 @@ def _multipliers(study: Study) -> MultiplierLoop | None:
 
 
 def _clamped_facets(study: MeshStudy, tagged: TaggedMesh) -> Indices:
-    if study.clamp is None:
-        return np.empty(0, dtype=np.int32)
-    return tagged.facets_of(study.clamp.facets, "clamp.facets")
+    """Local facets that are held in all directions."""
+    found: list[Indices] = [np.empty(0, dtype=np.int32)]
+    for number, clamp in enumerate(study.clamp, start=1):
+        if clamp.facets and not clamp.nodes and not clamp.directions:
+            found.append(tagged.facets_of(clamp.facets, f"{_clamp_key(study, number)}.facets"))
+    return np.unique(np.concatenate(found)).astype(np.int32)
+
+
+def _clamps(study: MeshStudy, dim: int) -> list[Clamp]:
+    """Clamps of nodes, or in some directions."""
+    found = []
+    for number, clamp in enumerate(study.clamp, start=1):
+        if clamp.nodes or clamp.directions:
+            axes = tuple(sorted("xyz".index(name) for name in clamp.directions or "xyz"[:dim]))
+            key = _clamp_key(study, number)
+            found.append(Clamp(key, clamp.facets or (), clamp.nodes or (), axes))
+    return found
+
+
+def _clamp_key(study: MeshStudy, number: int) -> str:
+    return "clamp" if len(study.clamp) == 1 else f"clamp[{number}]"

@@ -196,7 +196,7 @@ class MeshStudy(_AnyStudy):
     material: Materials
     mass: tuple[MassSection, ...] = ()
     spring: tuple[SpringSection, ...] = ()
-    clamp: ClampSection | None = None
+    clamp: tuple[ClampSection, ...] = ()
     contact: ContactSection | PatchesSection
     solver: SolverSection = SolverSection()
 

@@ -46,7 +46,8 @@ def roles_of(study: Study) -> dict[str, str]:
     """What groups of facets are there for: held, or in contact."""
     if not isinstance(study, MeshStudy):
         return {}
-    clamped = dict.fromkeys(study.clamp.facets if study.clamp else (), "clamped")
+    named = [name for clamp in study.clamp for name in clamp.facets or ()]
+    clamped = dict.fromkeys(named, "clamped")
     patches = study.contact.patches.values()
     touching = [name for patch in patches for name in (*patch.facets, *(patch.against or ()))]
     return {**clamped, **dict.fromkeys(touching, "contact")}

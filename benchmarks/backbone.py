@@ -83,7 +83,7 @@ def row(case: tuple[int, int, int, int]) -> str:
     """Row of the table for a case, measured in this process."""
     modes, points, harmonics, samples = case
     found = measured(blade_tip(modes, points), HarmonicBalance(harmonics, samples))
-    steps = sum(point.iterations for point in found.branch.points)
+    steps = sum(point.notes.iterations for point in found.branch.points)
     verified = sum(point.status == "verified" for point in found.branch.points)
     return (
         f"| {modes} | {points} | {harmonics} | {samples} | {len(found.branch.points)} | {verified} "

@@ -26,8 +26,11 @@ from tips import blade_tip
 from fenics_nnm.backbone.cascade import Lift
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.nonlinear.condensed import pays
+from fenics_nnm.nonlinear.conditions import FixedEnergy
 from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 _GAMMA_RATIO = 1.8
 _GAMMA = 0.25 * _GAMMA_RATIO
@@ -105,7 +108,7 @@ def cost(size: Size) -> Cost:
     times = []
     for q in guesses(found):
         start = time.process_time()
-        solved = solve(equations, FixedEnergy(_GAMMA), q, found.omega)
+        solved = solve(equations, FixedEnergy(_GAMMA), Unknowns.of(q, found.omega))
         times.append(1e3 * (time.process_time() - start) / solved.iterations)
         assert solved.converged, solved.failure
         assert abs(solved.omega / found.omega - 1) < 1e-8, "another motion"
@@ -117,7 +120,7 @@ def cost(size: Size) -> Cost:
         touched=len(np.unique(points[used])),
         pairs=int(np.count_nonzero(used)),
         unknowns=int(np.prod(equations.shape)),
-        condensed=pays(equations, found.forces),
+        condensed=pays(found.forces, found.q.size),
     )
 
 

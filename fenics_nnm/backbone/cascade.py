@@ -14,10 +14,11 @@ from fenics_nnm.backbone.levels import Guess, Level
 from fenics_nnm.backbone.memory import forget_oldest
 from fenics_nnm.backbone.resonance import STILL, Resonance, strongest_resonance
 from fenics_nnm.backbone.slope import frequency_slope
-from fenics_nnm.continuation.arc_length import evaluated
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.rest import RestState
-from fenics_nnm.nonlinear.newton import Newton, Solution, Unknowns
+from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.solution import Solution, evaluated
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: Energies whose motions are kept for another try.
 _TRIED = 8
@@ -165,7 +166,9 @@ class Lift:
         """The same motions at another energy, where all gaps are zero: any size will do."""
         factor = float(np.sqrt(gamma_ratio / stack.gamma_ratio))
         solutions = tuple(
-            evaluated(level.equations, Unknowns(factor * found.q, found.omega)) if found else None
+            evaluated(level.equations, Unknowns.of(factor * found.q, found.omega))
+            if found
+            else None
             for level, found in zip(self.levels, stack.solutions, strict=True)
         )
         return replace(stack, place=gamma_ratio, gamma_ratio=gamma_ratio, solutions=solutions)

@@ -9,7 +9,9 @@ import numpy as np
 from fenics_nnm.backbone.levels import Guess, Level
 from fenics_nnm.backbone.memory import forget_oldest
 from fenics_nnm.mechanics.contact_law import Complementarity
-from fenics_nnm.nonlinear.newton import Newton, Solution
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.solution import Solution
 
 #: gamma of a linear motion of unit amplitude about the state of rest: m^ = 1/2, so gamma = 1/4.
 GRAZING_GAMMA = 0.25
@@ -101,5 +103,6 @@ def _opened(level: Level, part: float) -> Level:
     equations = level.equations
     rest, model = equations.rest, equations.model
     gap = np.where(rest.touching, model.gap + part * rest.scale, model.gap)
-    opened = replace(equations, model=replace(model, gap=gap), law=Complementarity(model.R, gap))
+    law = Complementarity(model.R, gap)
+    opened = harmonic_equations(replace(model, gap=gap), equations.series, law)
     return replace(level, equations=opened)

@@ -11,7 +11,8 @@ from fenics_nnm.backbone.cascade import Lift
 from fenics_nnm.backbone.frequency_sweep import FrequencySweep
 from fenics_nnm.backbone.levels import HarmonicBalance, Level, contact_model, levels
 from fenics_nnm.backbone.march import March
-from fenics_nnm.backbone.point import BranchPoint, PointMaker
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.backbone.targets import (
     ArcContinuation,
     Continuation,
@@ -23,14 +24,13 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.model import ReducedModel, Scales
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
-from fenics_nnm.nonlinear.newton import Solution
 from fenics_nnm.nonlinear.reduction_error import (
     NO_ERROR,
-    UNKNOWN_ERROR,
     ReductionError,
     reduction_error,
 )
-from fenics_nnm.nonlinear.series_error import UNKNOWN_SERIES_ERROR, SeriesError, series_error
+from fenics_nnm.nonlinear.series_error import SeriesError, series_error
+from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.reduction.truncation import Truncation
 
 __all__ = [
@@ -99,8 +99,10 @@ def follow(
     if failures:
         reason = f"{reason}; {advice(continuation, balance.series)}"
     shooting = shooting and flexibility is None  # the flow is that of a reduced model
-    told = judged(obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting)
-    return Branch(told.points, failures, reason, told.bifurcations)
+    verdicts = judged(
+        obeyed, balance.series, found, mode=mode, harmonic=harmonic, shooting=shooting
+    )
+    return Branch(verdicts.points, failures, reason, verdicts.bifurcations)
 
 
 def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySource:
@@ -109,20 +111,20 @@ def _dimensionless(source: FlexibilitySource, scales: Scales) -> FlexibilitySour
 
 def _error_estimate(
     equations: HarmonicEquations, scales: Scales, truncation: Truncation | None, *, full_order: bool
-) -> Callable[[Solution], ReductionError]:
-    """From a solution to the error of the reduction."""
+) -> Callable[[Solution], ReductionError | None]:
+    """From a solution to the error of the reduction, None where it is not known."""
     if full_order:
         return lambda solution: NO_ERROR
     if truncation is None:
-        return lambda solution: UNKNOWN_ERROR
+        return lambda solution: None
     known = truncation.dimensionless(scales)
     return lambda solution: reduction_error(known, equations, solution)
 
 
-def _series_estimate(finest: Level) -> Callable[[Solution], SeriesError]:
+def _series_estimate(finest: Level) -> Callable[[Solution], SeriesError | None]:
     """From a solution to the error of its series, unknown where contact points carry mass."""
     if finest.multipliers is not None:
-        return lambda solution: UNKNOWN_SERIES_ERROR
+        return lambda solution: None
     return lambda solution: series_error(finest.equations, solution)
 
 

@@ -15,7 +15,10 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.levels import Level
-from fenics_nnm.nonlinear.newton import FixedFrequency, Newton, Solution, solve
+from fenics_nnm.nonlinear.conditions import FixedFrequency
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: Largest number of frequencies tried for one energy.
 _TRIES = 8
@@ -84,7 +87,8 @@ class FrequencyLift:
 
     def _solved(self, level: Level, omega: float, gamma: float, q: Array) -> Solution | None:
         try:
-            found = solve(level.equations, FixedFrequency(omega), q, omega, options=self.newton)
+            guess = Unknowns.of(q, omega)
+            found = solve(level.equations, FixedFrequency(omega), guess, options=self.newton)
         except np.linalg.LinAlgError:
             return None
         if not found.converged or not found.energies.contact:

@@ -13,7 +13,8 @@ from fenics_nnm.backbone.cascade import Lift, Stack
 from fenics_nnm.backbone.coarse import GRAZING_GAMMA
 from fenics_nnm.backbone.frequency_lift import FrequencyLift
 from fenics_nnm.backbone.levels import Guess, Level
-from fenics_nnm.nonlinear.newton import FixedFrequency, Solution
+from fenics_nnm.nonlinear.conditions import FixedFrequency
+from fenics_nnm.nonlinear.solution import Solution
 
 #: The single-mode motion of a frequency is sought up to this gamma ratio, by steps of this factor.
 _LARGEST_RATIO = 1e4

@@ -13,7 +13,9 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
 from fenics_nnm.mechanics.rest import RestState
@@ -21,14 +23,16 @@ from fenics_nnm.nonlinear.augmented_lagrangian import (
     MultiplierLoop,
     solve_with_multipliers,
 )
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.full_order import Equations
+from fenics_nnm.nonlinear.conditions import Condition, FixedEnergy
+from fenics_nnm.nonlinear.equations import Equations, HarmonicEquations, harmonic_equations
 from fenics_nnm.nonlinear.full_order_solver import (
     FlexibilitySource,
     Solver,
     full_order_solution,
 )
-from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: Modes and harmonics of the levels; the last one is what the study asks for.
 LADDER = ((1, 2), (2, 2), (3, 3), (6, 4), (8, 5), (12, 8), (20, 10), (30, 15), (40, 20), (80, 40))
@@ -108,11 +112,11 @@ class Level:
 
         return self._solved(solved, guess)
 
-    def constrained(self, constraint: Constraint, guess: Guess, newton: Newton) -> Solution:
-        """Motion that a constraint picks; for contact points without mass."""
+    def constrained(self, condition: Condition, guess: Guess, newton: Newton) -> Solution:
+        """Motion that a condition picks; for contact points without mass."""
 
         def solved(equations: Equations, q: Array, omega: float, force: Array) -> Solution:
-            return solve(equations, constraint, q, omega, options=newton)
+            return solve(equations, condition, Unknowns.of(q, omega), options=newton)
 
         return self._solved(solved, guess)
 
@@ -138,7 +142,7 @@ class Level:
 
     def scaled(self, solution: Solution, factor: float) -> Guess:
         """A solution at another energy: the same shape at `factor` times gamma."""
-        q = self.equations.scaled(solution.q, float(np.sqrt(factor)))
+        q = self.equations.rest.scaled(solution.q, float(np.sqrt(factor)))
         return Guess(q, solution.omega, solution.forces.force)
 
     def share(self, q: Array, mode: int) -> float:
@@ -186,7 +190,7 @@ def contact_model(
 ) -> ReducedModel:
     """The model that contact obeys: at full order with multipliers, R is part of R(s)."""
     if full_order and balance.multipliers is not None:
-        return replace(model, R=np.zeros_like(model.R))
+        return replace(model, R=np.zeros_like(model.R), contact=MASSIVE)
     return model
 
 
@@ -198,7 +202,7 @@ def _full_order(finest: Level, flexibility: FlexibilitySource, balance: Harmonic
     obeyed = contact_model(model, balance, full_order=True)
     return replace(
         finest,
-        equations=replace(finest.equations, model=obeyed),
+        equations=replace(finest.equations, mechanics=Mechanics.of(obeyed)),
         multipliers=balance.multipliers,
         flexibility=lambda omega: flexibility(omega).with_static(model.R),
     )
@@ -215,6 +219,6 @@ def _level(
     part, shapes = model.spanned_by(rest, chosen)
     if part.massless:
         law = Complementarity(part.R, part.gap)
-        return Level(HarmonicEquations(part, series, law), chosen, shapes, rest.q)
+        return Level(harmonic_equations(part, series, law), chosen, shapes, rest.q)
     open_gap = AugmentedLagrangian(part.gap, np.zeros(1), np.zeros(1))
-    return Level(HarmonicEquations(part, series, open_gap), chosen, shapes, rest.q, loop)
+    return Level(harmonic_equations(part, series, open_gap), chosen, shapes, rest.q, loop)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from fenics_nnm.backbone.cascade import SHARE_DROP, Stack
-from fenics_nnm.backbone.point import BranchPoint, PointMaker
-from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point_maker import PointMaker
+from fenics_nnm.nonlinear.solution import Solution
 
 #: Places that differ by less than this part are the same.
 _SAME = 1e-9

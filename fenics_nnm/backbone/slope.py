@@ -7,7 +7,7 @@ import numpy as np
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.linear_step import linear_step
-from fenics_nnm.nonlinear.newton import Solution, Unknowns
+from fenics_nnm.nonlinear.solution import Solution
 
 
 def frequency_slope(equations: HarmonicEquations, solution: Solution) -> float:
@@ -21,7 +21,7 @@ def frequency_slope(equations: HarmonicEquations, solution: Solution) -> float:
     """
     if not isinstance(equations.law, Complementarity):
         return float("nan")
-    at = Unknowns(solution.q, solution.omega)
-    gamma = equations.gamma(at.q, at.omega)
+    at = solution.at
+    gamma = equations.energy.gamma(at)
     step = linear_step(equations, at, solution.forces, np.zeros_like(at.q), gamma_left_out=-gamma)
     return float("nan") if step is None else step.omega / at.omega

@@ -61,8 +61,8 @@ def _run(arguments: argparse.Namespace) -> int:
         console.print(result_table(result, study))
         for encounter in result.branch.encounters:
             show(console, _told(encounter))
-        if result.told:
-            show(console, result.told)
+        if result.message:
+            show(console, result.message)
         closing = f"{result.branch.reason}; results in {result.folder}"
         show(console, closing)
     if not result.branch.complete:
@@ -92,7 +92,7 @@ def result_table(result: RunResult, study: Study) -> Table:
     for point in reported or points[:: max(1, len(points) // 10)]:
         table.add_row(
             f"{point.gamma_ratio:g}",
-            f"{point.frequency:.4f}",
+            f"{point.motion.frequency:.4f}",
             f"{point.frequency_ratio:.5f}",
             point.status,
         )

@@ -29,20 +29,26 @@ def raw_of_model(name: str) -> RawMesh:
     Raises:
         MeshError: if its cells cannot be used.
     """
-    foreign = _foreign(name)
+    foreign, read = _foreign(name)
     dims = [KINDS[kind][0] for kind in foreign.cells]
     dim = max(dims, default=0)
     named = any(KINDS[kind][0] == dim for kinds in foreign.sets.values() for kind in kinds)
     body = one_body(name, foreign)
-    if dim == 0 or (named and body is foreign):
+    kinds = {kind: len(rows) for kind, rows in body.cells.items() if KINDS[kind][0] == dim}
+    as_read = kinds == {kind: read[kind] for kind in read if KINDS[kind][0] == dim}
+    if dim == 0 or (named and as_read):
         return extracted(name)
     gmsh.model.remove()
     gmsh.model.add(name)
     return raw_mesh(name, body)
 
 
-def _foreign(name: str) -> ForeignMesh:
-    """All cells of the model, or those of named groups where such hold cells of the body."""
+def _foreign(name: str) -> tuple[ForeignMesh, dict[str, int]]:
+    """All cells of the model, or those of named groups where such hold cells of the body.
+
+    Returns:
+        Mesh in which each cell is once, and how many cells of each kind the model has.
+    """
     tags, x, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)
     row = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
@@ -68,7 +74,8 @@ def _foreign(name: str) -> ForeignMesh:
         {kind: np.concatenate(rows) for kind, rows in owners.items()},
         groups,
     )
-    return ForeignMesh(points, found[0], found[2], numbers=found[1])
+    counts = {kind: sum(map(len, rows)) for kind, rows in parts.items()}
+    return ForeignMesh(points, found[0], found[2], numbers=found[1]), counts
 
 
 def _kind(name: str, number: int) -> str:

@@ -86,6 +86,17 @@ class IterativeModalSolver(HeldTogether):
         """
         return static_displacements(self._pencil, self._preconditioner, forces, tolerance=_STATIC)
 
+    def fixed_interface_modes(self, forces: Array, attachments: Array, count: int) -> Array:
+        """Refused: modes with the interface held need factors.
+
+        Raises:
+            ModelError: always.
+        """
+        raise ModelError(
+            'solver.linear = "iterative": finds no modes with the contact points held: must be '
+            '"direct"'
+        )
+
     def _start(self, block: int) -> Array:
         """First vectors of unit mass, shape (n_owned, block)."""
         modes = self._preconditioner.modes(block - _RANDOM)

@@ -9,7 +9,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
-from fenics_nnm.fem.modal_solver import DirectModalSolver, ModalSolver
+from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
@@ -55,7 +55,7 @@ def massless_reduced(
 
 
 def craig_bampton_reduced(
-    solid: Solid, interface: ContactInterface, forces: Array, count: int, solver: DirectModalSolver
+    solid: Solid, interface: ContactInterface, forces: Array, count: int, solver: ModalSolver
 ) -> Reduction:
     """Craig-Bampton model of a body, in modal form.
 
@@ -67,10 +67,10 @@ def craig_bampton_reduced(
         interface: Contact points.
         forces: Unit forces of the interface coordinates that are retained, (n_owned, i).
         count: Number of modes with the interface held.
-        solver: Factorised stiffness.
+        solver: Solver of the stiffness, by factors.
 
     Raises:
-        ModelError: if the basis vectors depend on each other.
+        ModelError: if the basis vectors depend on each other, or the solver has no factors.
         ConvergenceError: if the eigensolver fails.
     """
     attachments = solver.static(forces)

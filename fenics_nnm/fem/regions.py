@@ -15,9 +15,7 @@ from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.stress import Expr, assert_off_axis
-from fenics_nnm.materials.elasticity import Isotropic
 from fenics_nnm.materials.material import Material
-from fenics_nnm.materials.orientation import Cylindrical
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +56,7 @@ class Regions:
         terms = []
         for number, (material, _) in enumerate(self.parts):
             part = dx(number) if len(self.parts) > 1 else dx
-            if not isinstance(material.law, Isotropic) and isinstance(
-                material.orientation, Cylindrical
-            ):
+            if material.turns:
                 # turned axes are no polynomials: UFL's own guess of their degree is far too high
                 part = part(degree=2 * degree + 2)
             terms.append(integrand(material) * part)

@@ -13,6 +13,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.mechanics.complementary import complementary
+from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.nested_factor import compressed
 from fenics_nnm.mechanics.set_flexibility import SetFlexibility
 
@@ -94,6 +95,21 @@ class ContactForces:
         if self.local is None:
             return np.zeros((0, shapes.shape[1], shapes.shape[1]))
         return self.local.stiffness(self.force[self.samples] > 0, shapes)
+
+    def tangent(self, series: Series, shapes: Array) -> Array:
+        """Derivative of the harmonics of Phi^T lambda by q, shape (c J, c J), by (n, j).
+
+        It is sum_k A_nk C_kn' (Phi^T D_k Phi) over the samples k in contact.
+
+        Args:
+            series: Series in time.
+            shapes: Phi, shape (n_c, J).
+        """
+        rows, modes = len(series.order), shapes.shape[1]
+        at, contact = self.samples, self.stiffness(shapes)
+        mixing = series.analysis[:, None, at] * series.synthesis.T[None, :, at]
+        blocks = mixing.reshape(rows * rows, len(at)) @ contact.reshape(len(at), modes * modes)
+        return blocks.reshape(rows, rows, modes, modes).swapaxes(1, 2).reshape(rows * modes, -1)
 
     def change(self, moved: Array) -> Array:
         """Change of the forces under small changes of Phi q, both of shape (s, n_c)."""

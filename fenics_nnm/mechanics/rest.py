@@ -15,7 +15,6 @@ linear, q = q_s + a x cos(nu t), with the closed points held at their gaps.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +24,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.closed import ClosedPoints
 from fenics_nnm.mechanics.contact_law import Complementarity
-
-if TYPE_CHECKING:
-    from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.flexible_points import FlexiblePoints
 
 #: Clearance, or deflection under a force, below this part of the largest gap is none.
 _ROUND_OFF = 1e-9
@@ -72,6 +69,18 @@ class RestState:
     def scale(self) -> float:
         """The reference, or 0 where there is none."""
         return self.reference or 0.0
+
+    def motion_from(self, q: Array) -> Array:
+        """Coefficients of the motion about the state of rest, shape of q (c, J)."""
+        motion = q.copy()
+        motion[0] -= self.q
+        return motion
+
+    def scaled(self, q: Array, factor: float) -> Array:
+        """Coefficients of a motion of the same shape, with its displacements from rest scaled."""
+        scaled = factor * self.motion_from(q)
+        scaled[0] += self.q
+        return scaled
 
     @property
     def pressed(self) -> bool:
@@ -131,7 +140,7 @@ class RestState:
         return np.asarray(np.abs(self.gradient[:, mode]) > _STILL * np.abs(self.gradient).max())
 
 
-def rest_state(model: ReducedModel) -> RestState:
+def rest_state(model: FlexiblePoints) -> RestState:
     """The state of rest of a model.
 
     Raises:
@@ -163,7 +172,7 @@ def rest_state(model: ReducedModel) -> RestState:
     return _pressed(model)
 
 
-def _pressed(model: ReducedModel) -> RestState:
+def _pressed(model: FlexiblePoints) -> RestState:
     """The state of rest where some gaps are not positive."""
     flexible = model.Phi / model.omega
     S = model.R + flexible @ flexible.T

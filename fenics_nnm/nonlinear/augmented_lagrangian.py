@@ -33,9 +33,12 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
-from fenics_nnm.nonlinear.equations import Energies
-from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.conditions import Condition, FixedEnergy
+from fenics_nnm.nonlinear.energies import Energies
+from fenics_nnm.nonlinear.equations import Equations
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: First penalty of the normalisation, times gamma^2 over omega^2.
 _FIRST_ENERGY_PENALTY = 10.0
@@ -80,29 +83,33 @@ class PenalisedEnergy:
     theta: float
     base: float | None
 
-    def value(self, equations: Equations, q: Array, omega: float) -> float:
+    def value(self, equations: Equations, at: Unknowns) -> float:
         """Left-hand side over omega^2."""
-        gamma = equations.gamma(q, omega)
-        base = self._rayleigh(equations, q, gamma) if self.base is None else self.base
+        gamma, omega = equations.energy.gamma(at), at.omega
+        base = self._rayleigh(equations, at.q, gamma) if self.base is None else self.base
         return (omega**2 - base + self.kappa * (gamma - self.gamma + self.theta) * gamma) / omega**2
 
-    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
-        """Derivatives by q and omega."""
-        gamma = equations.gamma(q, omega)
-        gradient, _ = equations.gamma_gradient(q, omega)
+    def gradient(self, equations: Equations, at: Unknowns) -> Unknowns:
+        """Derivatives by coefficients and parameters."""
+        gamma, omega, q = equations.energy.gamma(at), at.omega, at.q
+        gradient = equations.energy.gamma_gradient(at).q
         slope = self.kappa * (2 * gamma - self.gamma + self.theta)
         by_q = slope * gradient
         if self.base is None:
-            stiffness = equations.series.mean_square[:, None] * equations.model.omega**2 * q
+            stiffness = (
+                equations.series.mean_square[:, None] * equations.mechanics.model.omega**2 * q
+            )
             rayleigh = self._rayleigh(equations, q, gamma)
             by_q = by_q - (stiffness - rayleigh * gradient) / gamma
-        constant = omega**2 * (1 - self.value(equations, q, omega))
-        return by_q / omega**2, 2 * constant / omega**3
+        constant = omega**2 * (1 - self.value(equations, at))
+        by_parameter = np.zeros(len(at.parameters))
+        by_parameter[0] = 2 * constant / omega**3
+        return Unknowns(by_q / omega**2, by_parameter)
 
     @staticmethod
     def _rayleigh(equations: Equations, q: Array, gamma: float) -> float:
         mean_square = equations.series.mean_square[:, None]
-        stiffness = np.sum(mean_square * (equations.model.omega * q) ** 2)
+        stiffness = np.sum(mean_square * (equations.mechanics.model.omega * q) ** 2)
         return float(stiffness / (2 * gamma))
 
 
@@ -110,7 +117,7 @@ def first_law(equations: Equations, loop: MultiplierLoop, force: Array) -> Augme
     """Law of the first outer step: first penalties, multipliers that carry given forces."""
     stiffness = loop.penalty / equations.static_flexibility
     penalties = np.tile(stiffness, (len(force), 1))
-    return AugmentedLagrangian(equations.model.gap, penalties, force / stiffness)
+    return AugmentedLagrangian(equations.mechanics.model.gap, penalties, force / stiffness)
 
 
 def solve_with_multipliers(
@@ -149,19 +156,19 @@ class _Loop:
 
     def run(self, q: Array, omega: float, force: Array) -> Solution:
         law = first_law(self.equations, self.loop, force)
-        constraint = self._first_constraint(omega)
+        condition = self._first_condition(omega)
         solution = None
         contact = energy = np.inf
         steps = 0
         for _ in range(self.loop.iterations):
             equations = self.equations.with_law(law)
-            solution = solve(equations, constraint, q, omega, options=self.newton)
+            solution = solve(equations, condition, Unknowns.of(q, omega), options=self.newton)
             steps += solution.iterations
             if not solution.converged:
                 return replace(solution, iterations=steps)
             q, omega = solution.q, solution.omega
             law, new_contact = self._moved_law(law, solution.free, contact)
-            constraint, new_energy = self._moved_constraint(constraint, solution.energies, energy)
+            condition, new_energy = self._moved_condition(condition, solution.energies, energy)
             contact, energy = min(contact, new_contact), min(energy, new_energy)
             if max(new_contact, new_energy) <= self.loop.tolerance:
                 return replace(solution, iterations=steps)
@@ -176,7 +183,7 @@ class _Loop:
             "raise augmented_lagrangian.iterations or penalty",
         )
 
-    def _first_constraint(self, omega: float) -> Constraint:
+    def _first_condition(self, omega: float) -> Condition:
         if self.loop.normalisation == "exact":
             return FixedEnergy(self.gamma)
         base = None if self.loop.algorithm == "simultaneous" else omega**2
@@ -195,16 +202,16 @@ class _Loop:
         moved = replace(law, kappa=law.kappa * factor, theta=(law.theta + move) / factor)
         return moved, float(measure.max())
 
-    def _moved_constraint(
-        self, constraint: Constraint, energies: Energies, before: float
-    ) -> tuple[Constraint, float]:
-        """Constraint with a moved multiplier and a grown penalty, and |h| / gamma."""
-        if not isinstance(constraint, PenalisedEnergy):
-            return constraint, 0.0
+    def _moved_condition(
+        self, condition: Condition, energies: Energies, before: float
+    ) -> tuple[Condition, float]:
+        """Condition with a moved multiplier and a grown penalty, and |h| / gamma."""
+        if not isinstance(condition, PenalisedEnergy):
+            return condition, 0.0
         h = energies.gamma - self.gamma
         measure = abs(h) / self.gamma
         factor = self.loop.beta if measure > before / self.loop.alpha else 1.0
         moved = replace(
-            constraint, kappa=constraint.kappa * factor, theta=(constraint.theta + h) / factor
+            condition, kappa=condition.kappa * factor, theta=(condition.theta + h) / factor
         )
         return moved, measure

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.full_order import Equations, FullOrderEquations
-from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.nonlinear.equations import Equations, HarmonicEquations
+from fenics_nnm.nonlinear.full_order import FullOrderEquations
+from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
 
 #: Largest number of times that the flexibility is renewed at one point.
@@ -47,7 +47,7 @@ def full_order_solution(
         equations = FullOrderEquations(reduced, flexibility)
         solution = solver(equations, equations.stacked(q, force), omega, force)
         steps += solution.iterations
-        solution = replace(solution, q=solution.q[:, : reduced.model.modes], iterations=steps)
+        solution = replace(solution.with_q(equations.modal(solution.q)), iterations=steps)
         allowed = ACCURACY * equations.static_flexibility.max()
         accurate = flexibility.error(solution.omega).max() <= allowed
         if accurate or not solution.converged:

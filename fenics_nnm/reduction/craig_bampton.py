@@ -7,6 +7,7 @@ from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError, TooManyModesError
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import towards_obstacle
 from fenics_nnm.reduction.operators import Operators
@@ -49,7 +50,13 @@ def craig_bampton_reduction(basis: Array, gap: Array, operators: Operators) -> R
     points = len(gap)
     omega, shapes = np.sqrt(squared), basis @ (combination * sign)
     return Reduction(
-        model=ReducedModel(omega=omega, Phi=Phi * sign, R=np.zeros((points, points)), gap=gap),
+        model=ReducedModel(
+            omega=omega,
+            Phi=Phi * sign,
+            R=np.zeros((points, points)),
+            gap=gap,
+            contact=MASSIVE,
+        ),
         shapes=shapes,
         residual_shapes=np.zeros((len(basis), points)),
         truncation=galerkin_truncation(shapes, omega, operators),

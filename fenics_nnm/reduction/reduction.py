@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.reduction.truncation import MasslessTruncation, Truncation
+from fenics_nnm.reduction.truncation import Truncation
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,14 +37,16 @@ class Reduction:
         """Displacement u in m, shape (n,), of coordinates (J,) and contact forces in N (n_c,)."""
         return np.asarray(self.shapes @ q - self.residual_shapes @ force)
 
+    def with_gap(self, gap: Array) -> Reduction:
+        """The same with other gaps in m, shape (n_c,), which enter the model as they are."""
+        return replace(self, model=replace(self.model, gap=gap, reference=None))
+
     def first_modes(self, count: int) -> Reduction:
         """The massless-boundary reduction with the lowest modes alone, as if made with these.
 
         Raises:
             TypeError: if the contact points carry mass: fewer modes span another basis then.
         """
-        if not isinstance(self.truncation, MasslessTruncation):
-            raise TypeError("the modes of a Craig-Bampton basis are not nested")
         omega, Phi = self.model.omega[count:], self.model.Phi[:, count:]
         return replace(
             self,

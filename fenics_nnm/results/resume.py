@@ -9,6 +9,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.follow import ArcContinuation, Branch, Continuation
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import NonlinearModeError, StudyError
@@ -17,6 +18,7 @@ from fenics_nnm.reduction.comparison import mode_signs, model_difference
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.results.staging import Stopped, living_run, remove
+from fenics_nnm.results.stored_text import values_of
 from fenics_nnm.study import Study, study_from
 from fenics_nnm.study.leaves import leaves
 from fenics_nnm.study.messages import shown
@@ -104,7 +106,7 @@ def difference(stored: str, wanted: str) -> str:
     except (NonlinearModeError, tomllib.TOMLDecodeError) as error:
         return f"its study file cannot be read by this version: {error}"
     now = dict(_leaves(_study(wanted)))
-    in_file = [key for name in tomllib.loads(wanted) for key in now if key.startswith(f"{name}.")]
+    in_file = [key for name in values_of(wanted) for key in now if key.startswith(f"{name}.")]
     for key in dict.fromkeys([*in_file, *now, *before]):
         if before.get(key) != now.get(key):
             return f"{key} was {_value(before.get(key))} and is {_value(now.get(key))} now"
@@ -139,7 +141,12 @@ def known_points(
         points = list(takewhile(lambda point: low <= point.gamma_ratio <= high, run.points))
     else:
         points = [point for point in run.points if low <= point.position <= high]
-    return tuple(replace(point, q=point.q * signs) for point in points)
+    return tuple(_with_signs(point, signs) for point in points)
+
+
+def _with_signs(point: BranchPoint, signs: Array) -> BranchPoint:
+    """A point in modal coordinates of other signs."""
+    return replace(point, motion=replace(point.motion, q=point.motion.q * signs))
 
 
 def remove_taken_over(stopped: tuple[Stopped, ...], text: str, branch: Branch) -> None:
@@ -155,7 +162,7 @@ def remove_taken_over(stopped: tuple[Stopped, ...], text: str, branch: Branch) -
 
 
 def _study(text: str) -> Study:
-    return study_from(tomllib.loads(text), Path("study.toml"))
+    return study_from(dict(values_of(text)), Path("study.toml"))
 
 
 def _leaves(study: Study) -> Iterator[tuple[str, Any]]:

@@ -57,9 +57,8 @@ def _patch(key: str, patch: PatchSection, tagged: TaggedMesh) -> Patch:
     surface = None
     if casing is not None:
         made = casing
-        surface = on_root(
-            tagged.mesh.comm, lambda: _naming(f"{key}.casing", lambda: casing_surface(made))
-        )
+        comm = tagged.mesh.comm
+        surface = on_root(comm, _naming, f"{key}.casing", lambda: casing_surface(made))
     return Patch(
         key=key,
         name=patch.name or ", ".join(patch.facets),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from mpi4py import MPI
 
@@ -20,9 +20,13 @@ from fenics_nnm.fem.picking import (
     Radii,
     with_groups,
 )
+from fenics_nnm.geometry import Geometry
 from fenics_nnm.study import MeshStudy
 from fenics_nnm.study.groups import GroupSection, as_vector
 from fenics_nnm.study.mesh import CadFile, MeshFile
+
+Picker = Callable[[TaggedMesh], TaggedMesh]
+"""Names groups of a mesh."""
 
 
 def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
@@ -36,11 +40,24 @@ def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
     def pick(tagged: TaggedMesh) -> TaggedMesh:
         return with_groups(tagged, _picks(study.groups, tagged))
 
-    if isinstance(study.mesh, CadFile):
-        return pick(read_cad(_cad(study.mesh), pick, comm))
-    if isinstance(study.mesh, MeshFile):
-        return pick(read_mesh(study.mesh.file, study.mesh.length_unit, comm))
-    return pick(generate_mesh(study.mesh, comm))
+    make = _MAKE.get(type(study.mesh), _generated)
+    return pick(make(study.mesh, pick, comm))
+
+
+def _read_cad(section: CadFile, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
+    return read_cad(_cad(section), pick, comm)
+
+
+def _read_mesh(section: MeshFile, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
+    return read_mesh(section.file, section.length_unit, comm)
+
+
+def _generated(section: Geometry, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
+    return generate_mesh(section, comm)
+
+
+#: How a mesh is made of each kind of section; all others are built-in geometries.
+_MAKE: Mapping[type, Callable[..., TaggedMesh]] = {CadFile: _read_cad, MeshFile: _read_mesh}
 
 
 def _cad(section: CadFile) -> Cad:

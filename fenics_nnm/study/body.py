@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from fenics_nnm.study.record import FromList, Names, Positive, Record
 
@@ -55,3 +55,11 @@ class ClampSection(Record):
         if self.directions and len(set(self.directions)) < len(self.directions):
             raise ValueError(f"directions = {list(self.directions)}: must be different ones")
         return self
+
+
+Clamps = Annotated[
+    tuple[ClampSection, ...],
+    BeforeValidator(lambda value: (value,) if isinstance(value, dict) else value),
+    FromList,
+]
+"""One clamp, or several."""

@@ -10,7 +10,7 @@ from pydantic import model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.study.attachments import MassSection, SpringSection
-from fenics_nnm.study.body import BodySection, ClampSection
+from fenics_nnm.study.body import BodySection, Clamps
 from fenics_nnm.study.contact import (
     ContactSection,
     LawSection,
@@ -196,7 +196,7 @@ class MeshStudy(_AnyStudy):
     material: Materials
     mass: tuple[MassSection, ...] = ()
     spring: tuple[SpringSection, ...] = ()
-    clamp: tuple[ClampSection, ...] = ()
+    clamp: Clamps = ()
     contact: ContactSection | PatchesSection
     solver: SolverSection = SolverSection()
 

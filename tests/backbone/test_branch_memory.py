@@ -9,11 +9,9 @@ from fenics_nnm.backbone.cascade import Lift
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.backbone.march import March
 from fenics_nnm.backbone.memory import forget_oldest
-from fenics_nnm.backbone.point import PointMaker
+from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.newton import Newton
-from fenics_nnm.nonlinear.reduction_error import UNKNOWN_ERROR
-from fenics_nnm.nonlinear.series_error import UNKNOWN_SERIES_ERROR
 
 POINTS = 8
 
@@ -34,9 +32,7 @@ def test_only_the_latest_motions_are_kept_with_all_that_they_were_found_with() -
     stacked = levels(model, HarmonicBalance(3, 32), mode=0)
     lift = Lift(stacked, 0, Newton())
     equations = stacked[-1].equations
-    maker = PointMaker(
-        equations, scales, lambda found: UNKNOWN_ERROR, lambda found: UNKNOWN_SERIES_ERROR
-    )
+    maker = PointMaker(equations, scales, lambda found: None, lambda found: None)
     march = March(lift, maker, "gamma_ratio", 0.005, lambda point: None)
     march.run([1.2 + 0.01 * step for step in range(70)], lambda place: None)
     assert len(march.points) == 70 and not march.failures
@@ -50,7 +46,7 @@ def test_only_the_latest_motions_are_kept_with_all_that_they_were_found_with() -
     thinned = with_levels[-1].finest
     assert thinned is not None
     with pytest.raises(ValueError, match="without their derivative"):
-        equations.jacobian(thinned.omega, thinned.forces)
+        equations.jacobian(thinned.at, thinned.forces)
     for stack in kept[:-60]:
         assert stack.finest is not None and not any(stack.solutions[:-1])
     assert len(lift._alone) <= 8

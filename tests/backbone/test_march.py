@@ -10,7 +10,8 @@ import pytest
 from fenics_nnm.backbone.advice import advice
 from fenics_nnm.backbone.cascade import Stack
 from fenics_nnm.backbone.march import March
-from fenics_nnm.backbone.point import BranchPoint, PointMaker
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.backbone.targets import (
     ArcContinuation,
     Continuation,
@@ -18,7 +19,7 @@ from fenics_nnm.backbone.targets import (
     FrequencyContinuation,
 )
 from fenics_nnm.mechanics.fourier import CosineSeries
-from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.nonlinear.solution import Solution
 
 
 class Motion:

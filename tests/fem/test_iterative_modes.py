@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import BEAM, changed, toml
 from mpi4py import MPI
-from test_mpi import on_ranks
+from ranks import on_ranks
 
 from fenics_nnm.errors import ConvergenceError, ModelError, OutOfMemoryError
 from fenics_nnm.fem.conjugate_gradients import static_displacements

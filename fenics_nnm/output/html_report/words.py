@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
+from fenics_nnm.backbone.point import (
+    CONVERGED,
+    FAILED,
+    RESONANT,
+    STATUSES,
+    VERIFIED,
+    BranchPoint,
+)
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.time_domain.stability import STABLE
 
@@ -47,9 +52,9 @@ _DOUBTFUL = {
 }
 
 
-def study_of(results: Results) -> dict[str, Any]:
+def study_of(results: Results) -> Mapping[str, Any]:
     """The values of the study file."""
-    return tomllib.loads(results.header.study)
+    return results.header.values
 
 
 def title_of(results: Results) -> str:
@@ -168,18 +173,25 @@ def _counted(number: int, what: str) -> str:
 
 def _outcome(points: Sequence[BranchPoint]) -> str:
     first, last = points[0], points[-1]
-    highest = max(points, key=lambda point: point.frequency)
-    told = (
-        f"At a gamma ratio of {first.gamma_ratio:.4g} ({plain(first.energy)} J) the frequency is "
-        f"{first.frequency:.6g} Hz, at {last.gamma_ratio:.4g} ({plain(last.energy)} J) it is "
-        f"{last.frequency:.6g} Hz: {_compared(hardening(last))} that of the linear mode."
+    highest = max(points, key=lambda point: point.motion.frequency)
+    sentence = (
+        f"At a gamma ratio of {_at(first)} the frequency is {_hertz(first)}, at {_at(last)} it is "
+        f"{_hertz(last)}: {_compared(hardening(last))} that of the linear mode."
     )
-    if highest.frequency > last.frequency * (1 + 1e-6):
-        told += (
-            f" It is highest at {highest.gamma_ratio:.4g}: {highest.frequency:.6g} Hz "
+    if highest.motion.frequency > last.motion.frequency * (1 + 1e-6):
+        sentence += (
+            f" It is highest at {highest.gamma_ratio:.4g}: {_hertz(highest)} "
             f"({signed(hardening(highest))} %)."
         )
-    return told
+    return sentence
+
+
+def _at(point: BranchPoint) -> str:
+    return f"{point.gamma_ratio:.4g} ({plain(point.motion.energy)} J)"
+
+
+def _hertz(point: BranchPoint) -> str:
+    return f"{point.motion.frequency:.6g} Hz"
 
 
 def _compared(percent: float) -> str:

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
+from fenics_nnm.backbone.point import CONVERGED, FAILED, RESONANT, VERIFIED, BranchPoint
+from fenics_nnm.backbone.point_numbers import stability_kind
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
@@ -28,7 +28,7 @@ from fenics_nnm.output.pictures.style import (
     new_axes,
     new_figure,
 )
-from fenics_nnm.time_domain.bifurcations import KINDS, Place
+from fenics_nnm.time_domain.bifurcations import KINDS, BifurcationPoint
 
 
 class Mark(NamedTuple):
@@ -77,7 +77,7 @@ def plot_backbone(
     title: str,
     linear_frequency: float,
     failures: Sequence[Mapping[str, Any]] = (),
-    bifurcations: Sequence[Place] = (),
+    bifurcations: Sequence[BifurcationPoint] = (),
     at_one: str = "first contact",
     curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
 ) -> None:
@@ -97,7 +97,7 @@ def plot_backbone(
     """
     figure = new_figure(4.4, 9.0)
     left, right = figure.subplots(1, 2, sharey=True)
-    ratios, energies = _of(points, "gamma_ratio"), _of(points, "energy")
+    ratios, energies = _gamma_ratios(points), _energies(points)
     _draw(left, ratios, points)
     _draw(right, energies, points)
     _draw_bifurcations(left, [place.gamma_ratio for place in bifurcations], bifurcations)
@@ -126,7 +126,7 @@ def frequency_plots(results: Results) -> list[Plot]:
     )
     axes = [
         ("gamma ratio", over_gamma, GAMMA, results.ratios),
-        ("energy", "the total energy in J", _ENERGY, _of(results.points, "energy")),
+        ("energy", "the total energy in J", _ENERGY, _energies(results.points)),
         ("amplitude", amplitude.told, amplitude.label, amplitude.values),
     ]
     return [_frequency_plot(results, *each) for each in axes]
@@ -144,7 +144,7 @@ def _frequency_plot(
     axes = new_axes(figure, abscissa_label, "frequency  (Hz)")
     _draw(axes, abscissa, results.points)
     if over != "amplitude":
-        places = _places(results.summary)
+        places = _bifurcations(results.summary)
         attribute = over.replace(" ", "_")
         _draw_bifurcations(axes, [getattr(place, attribute) for place in places], places)
     axes.axhline(results.linear_frequency, color=GREY, lw=0.8, label="linear mode")
@@ -171,20 +171,26 @@ def _frequency_plot(
     )
 
 
-def _of(points: Sequence[BranchPoint], name: str) -> Array:
-    return np.array([getattr(point, name) for point in points])
+def _gamma_ratios(points: Sequence[BranchPoint]) -> Array:
+    return np.array([point.gamma_ratio for point in points])
+
+
+def _energies(points: Sequence[BranchPoint]) -> Array:
+    return np.array([point.motion.energy for point in points])
 
 
 def _draw(axes: Axes, abscissa: Array, points: Sequence[BranchPoint]) -> None:
     """The curve by its stability, the points by their status, and the Rayleigh frequency."""
-    frequency = _of(points, "frequency")
+    frequency = np.array([point.motion.frequency for point in points])
     _draw_stability(axes, abscissa, frequency, [_stability(point) for point in points])
     _draw_marks(axes, abscissa, frequency, [point.status for point in points], _STATUSES)
-    rayleigh = _of(points, "rayleigh_frequency")
+    rayleigh = np.array([point.motion.rayleigh_frequency for point in points])
     axes.plot(abscissa, rayleigh, "-.", lw=1, color=ORANGE, label="Rayleigh frequency")
 
 
-def _draw_bifurcations(axes: Axes, abscissa: Sequence[float], places: Sequence[Place]) -> None:
+def _draw_bifurcations(
+    axes: Axes, abscissa: Sequence[float], places: Sequence[BifurcationPoint]
+) -> None:
     frequency = np.array([place.frequency for place in places])
     kinds = [place.kind for place in places]
     _draw_marks(axes, np.array(abscissa), frequency, kinds, _BIFURCATIONS)
@@ -228,7 +234,8 @@ def _set_energy_scale(axes: Axes, energies: Array) -> None:
 
 
 def _stability(point: BranchPoint) -> str:
-    return point.stability if point.stability in _LINES else "unstable"
+    kind = stability_kind(point)
+    return kind if kind in _LINES else "unstable"
 
 
 def _draw_stability(axes: Axes, x: Array, y: Array, kinds: Sequence[str]) -> None:
@@ -247,10 +254,10 @@ def _around(index: int, x: Array, y: Array) -> Array:
     return np.vstack([line, [np.nan, np.nan]])
 
 
-def _places(summary: Mapping[str, Any]) -> list[Place]:
+def _bifurcations(summary: Mapping[str, Any]) -> list[BifurcationPoint]:
     """Bifurcations as summary.json has them."""
     return [
-        Place(each["kind"], each["gamma_ratio"], each["energy_J"], each["frequency_Hz"])
+        BifurcationPoint(each["kind"], each["gamma_ratio"], each["energy_J"], each["frequency_Hz"])
         for each in summary.get("bifurcations", [])
     ]
 
@@ -265,7 +272,7 @@ def _number_resonances(axes: Axes, x: Array, points: Sequence[BranchPoint]) -> s
         axes.margins(y=_ROOM)
     taken: list[Array] = []
     for number, index in enumerate(entered.values(), start=1):
-        place = (x[index], points[index].frequency)
+        place = (x[index], points[index].motion.frequency)
         offset = _LETTER
         at = axes.transData.transform(place) * 72 / axes.figure.dpi + np.array([0, offset])
         while any(np.abs(at - other).max() < _LETTER for other in taken):

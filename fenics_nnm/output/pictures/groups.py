@@ -14,15 +14,14 @@ from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.mesh_groups import MeshGroups, gathered_groups
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.output.pictures.body import BODY, OUTLINE, contact_balls, size_of
+from fenics_nnm.output.pictures.body import BODY, contact_balls, size_of
 from fenics_nnm.output.pictures.casing_sheet import CASING_TINT, casing_layers
 from fenics_nnm.output.pictures.panels import height_over_width, legend_of, show
 from fenics_nnm.output.pictures.renderer import Image, RenderError, render
 from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
-from fenics_nnm.output.pictures.style import BLACK, colours_of_parts, new_figure, unit_for
+from fenics_nnm.output.pictures.style import BLACK, OUTLINE, colours_of_parts, new_figure, unit_for
 from fenics_nnm.structure.contact_patches import casing_surface
-from fenics_nnm.study import MeshStudy, Study
 from fenics_nnm.study.casing import CasingSection
 
 #: Length of the arrows at contact points, as a part of the size of the body.
@@ -40,25 +39,6 @@ _ROUND = {"inside": "casing", "outside": "shaft"}
 #: Names of groups stand so far apart, beside and above each other, in points, and in such boxes.
 _APART = np.array([60.0, 13.0])
 _BOX = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.5", "lw": 0.5, "alpha": 0.85}
-
-
-def roles_of(study: Study) -> dict[str, str]:
-    """What groups of facets are there for: held, or in contact."""
-    if not isinstance(study, MeshStudy):
-        return {}
-    named = [name for clamp in study.clamp for name in clamp.facets or ()]
-    clamped = dict.fromkeys(named, "clamped")
-    patches = study.contact.patches.values()
-    touching = [name for patch in patches for name in (*patch.facets, *(patch.against or ()))]
-    return {**clamped, **dict.fromkeys(touching, "contact")}
-
-
-def casings_of(study: Study) -> dict[int, CasingSection]:
-    """Casings of a study by the number of their patch."""
-    if not isinstance(study, MeshStudy):
-        return {}
-    patches = enumerate(study.contact.patches.values())
-    return {number: patch.casing for number, patch in patches if patch.casing is not None}
 
 
 def draw_groups(
@@ -111,7 +91,7 @@ def _draw(
     if interface:
         layers += _contact(interface, size_of(skin.places))
         layers += _casings(interface, casings, size_of(skin.places))
-    places = np.vstack([skin.places, *(_reach(layer) for layer in layers)])
+    places = np.vstack([skin.places, *(layer.reach for layer in layers)])
     cameras = [Camera.around(places, view, pixels=_PIXELS, slenderness=0.3) for view in views]
     images = render([Scene(layers, camera) for camera in cameras])
     entries = _entries(groups, roles, interface)
@@ -202,13 +182,6 @@ def _casings(
             casing_surface(casing), interface.points[interface.patch == number], size, dim
         )
     ]
-
-
-def _reach(layer: Layer) -> Array:
-    """Places in m that a layer reaches to besides the body, shape (p, 3)."""
-    if isinstance(layer, Arrows):
-        return layer.places + layer.vectors
-    return layer.ends.reshape(-1, 3) if isinstance(layer, Lines) else np.empty((0, 3))
 
 
 def _entries(

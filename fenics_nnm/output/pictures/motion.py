@@ -42,7 +42,7 @@ def motion_plots(results: Results) -> list[Plot]:
 
 def _phase_of_contact(results: Results) -> Plot:
     """Displacement and velocity of the contact point that is pushed most."""
-    point = int(np.argmax(results.points[-1].force.max(axis=0)))
+    point = int(np.argmax(results.points[-1].motion.force.max(axis=0)))
     chosen = results.chosen
     displacements = [results.contact_displacement(each, _ORBIT)[:, point] for each in chosen]
     velocities = [results.contact_velocity(each, _ORBIT)[:, point] for each in chosen]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from fenics_nnm.output.pictures.gif import write_gif
 from fenics_nnm.output.pictures.renderer import Image
 from fenics_nnm.output.pictures.scene import Camera, Scene
 from fenics_nnm.output.pictures.style import Plot, Unit, unit_for
@@ -45,6 +47,15 @@ class Animation:
     caption: str
     group: str
     frames: Sequence[Image]
+
+    def save(self, folder: Path, formats: Sequence[str]) -> tuple[str, ...]:
+        """Write it as a GIF, whatever the formats of plots; the name of its file.
+
+        Raises:
+            OSError: if it cannot be written.
+        """
+        write_gif(folder / f"{self.name}.gif", self.frames)
+        return (f"{self.name}.gif",)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -79,12 +78,9 @@ def _drawn(scene: Scene, pyvista: Any) -> Image:
     plotter.set_background("white")
     size = float(np.max(camera.high - camera.low))
     for number, layer in enumerate(scene.layers):
-        near = number * _NEARER * size * camera.frame[2]
-        if isinstance(layer, Lines):
-            layer = replace(layer, ends=layer.ends + _LINES_NEARER * size * camera.frame[2])
-        elif isinstance(layer, Faces):
-            layer = replace(layer, nodes=layer.nodes + near)
-        _ADD[type(layer)](plotter, layer, pyvista)
+        faces = number * _NEARER * size * camera.frame[2]
+        lines = _LINES_NEARER * size * camera.frame[2]
+        _ADD[type(layer)](plotter, layer.nearer(faces, lines), pyvista)
     _aim(plotter, camera)
     image = np.asarray(plotter.screenshot(return_img=True))[:, :, :3].astype(np.float64)
     plotter.close()

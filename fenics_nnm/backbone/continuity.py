@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.newton import Solution
-
-StepTest = Callable[[Equations, Solution, Solution], str]
-"""From equations and the motions before and after a step to why it is refused, or nothing."""
+from fenics_nnm.nonlinear.equations import Equations
+from fenics_nnm.nonlinear.solution import Solution
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +21,14 @@ class Continuity:
         grazing_gamma: From this gamma on contact may not be lost; infinity if it may. It is 1/4
             for the followed mode of a dimensionless model, k^2 times as much for a motion written
             in its k-th harmonic.
+        to_rest: Whether the branch is followed down a linear mode without contact.
     """
 
     largest_change: float = 0.1
     grazing_gamma: float = 0.25
+    to_rest: bool = False
 
-    def __call__(self, equations: Equations, before: Solution, after: Solution) -> str:
+    def refusal(self, equations: Equations, before: Solution, after: Solution) -> str:
         """Why a step is refused; empty where it is not."""
         change = self._change(equations, before, after)
         if change > self.largest_change:
@@ -41,6 +39,13 @@ class Continuity:
         lost = before.energies.contact and not after.energies.contact
         if lost and after.energies.gamma > self.grazing_gamma * (1 + 1e-9):
             return "contact is lost above the energy of grazing, as on a linear mode in a harmonic"
+        return ""
+
+    def end(self, before: Solution, after: Solution) -> str:
+        """Why the branch ends after a step: there is nothing to be found on the way to rest."""
+        free = not (before.energies.contact or after.energies.contact)
+        if free and after.energies.gamma < before.energies.gamma and not self.to_rest:
+            return "the branch has come to a linear mode without contact, and leads down to rest"
         return ""
 
     def _change(self, equations: Equations, before: Solution, after: Solution) -> float:
@@ -55,7 +60,7 @@ def kinetic_shares(equations: Equations, q: Array) -> Array:
     At full order the energy of the residual shapes is left out.
     """
     series = equations.series
-    coefficients = q[:, : equations.model.modes]
+    coefficients = equations.modal(q)
     kinetic = (series.mean_square * series.order**2)[:, None] * coefficients**2
     shares = np.zeros((series.harmonics + 1, coefficients.shape[1]))
     np.add.at(shares, series.order.astype(int), kinetic)

@@ -16,13 +16,12 @@ import slepc4py
 
 import fenics_nnm
 from fenics_nnm.backbone.branch import Branch
-from fenics_nnm.backbone.verdict import VERIFIED
+from fenics_nnm.backbone.point import VERIFIED
+from fenics_nnm.backbone.point_numbers import return_error
 from fenics_nnm.mechanics.rest import RestState
-from fenics_nnm.output.report import Analysis, report_of
 from fenics_nnm.resolution.auto import Choice
-from fenics_nnm.results.auto_report import summary_of
-from fenics_nnm.structure.analysis import linear_frequencies, wanted_motions
-from fenics_nnm.study import Study
+from fenics_nnm.running.auto_report import summary_of
+from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.time_domain.bifurcations import Bifurcation
 
 
@@ -40,7 +39,6 @@ def versions() -> dict[str, str]:
 
 def run_summary(
     chosen: Choice,
-    analysis: Analysis,
     branch: Branch,
     timings: Mapping[str, float],
     *,
@@ -50,39 +48,38 @@ def run_summary(
 
     Args:
         chosen: Its study with the numbers that were found for "auto".
-        analysis: Linear analysis of its structure.
         branch: The branch.
         timings: Seconds of each stage.
         inputs: Digests of the files that the study names, by key.
     """
-    study = chosen.study
-    first = study.mode.number - 1
-    rest, amplitude = analysis.model.at_rest(), analysis.model.grazing_amplitude(first)
+    prepared, study, linear = chosen.prepared, chosen.study, chosen.linear
+    first = prepared.mode
+    rest, amplitude = linear.model.at_rest(), linear.model.grazing_amplitude(first)
     return {
         "title": study.title,
-        **report_of(analysis).sizes(),
+        **linear.sizes(),
         "mode": study.mode.number,
         "harmonics": study.resolution.harmonics,
         "samples": study.resolution.samples,
-        "linear_frequencies_Hz": [float(f) for f in linear_frequencies(analysis)],
+        "linear_frequencies_Hz": [float(f) for f in prepared.linear_frequencies],
         **_at_rest(rest, first),
-        "no_mode_missed_below_Hz": analysis.modes.checked_below / (2 * np.pi) or None,
+        "no_mode_missed_below_Hz": linear.modes.checked_below / (2 * np.pi) or None,
         "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
         **summary_of(chosen, branch),
         "points": len(branch.points),
         "statuses": dict(Counter(point.status for point in branch.points)),
         "not_verified": _not_verified(branch),
         "events": [
-            {"kind": p.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
+            {"kind": p.notes.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
             for p in branch.points
-            if p.event
+            if p.notes.event
         ],
         "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
         "bifurcations": [_in_summary(each) for each in branch.bifurcations.located],
         "bifurcations_not_located": [list(g) for g in branch.bifurcations.unlocated],
         "largest_return_error": _largest_return_error(branch),
         "complete": branch.complete,
-        "failures": _failures(study, branch),
+        "failures": _failures(prepared, branch),
         "reason": branch.reason,
         "timings": dict(timings),
         "inputs_sha256": dict(inputs),
@@ -104,15 +101,15 @@ def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:
     }
 
 
-def _failures(study: Study, branch: Branch) -> list[dict[str, Any]]:
+def _failures(prepared: Prepared, branch: Branch) -> list[dict[str, Any]]:
     """Wanted motions that were not found: the ratio that is stepped, and the reason."""
-    name = wanted_motions(study).name
+    name = prepared.wanted.name
     return [{name: ratio, "reason": why} for ratio, why in branch.failures]
 
 
 def _largest_return_error(branch: Branch) -> float | None:
     """Largest distance from its start of a motion integrated over its period; None if unknown."""
-    errors = [point.return_error for point in branch.points]
+    errors = [return_error(point) for point in branch.points]
     return max(errors) if errors and np.all(np.isfinite(errors)) else None
 
 

@@ -19,17 +19,17 @@ def summary_of(chosen: Choice, branch: Branch) -> dict[str, Any]:
     if not chosen.automatic:
         return {}
     found = chosen.achieved(branch.points)
-    told = {
+    entry = {
         "found": list(chosen.asked.automatic),
         "tolerance": chosen.study.tolerance,
         "limits": chosen.limits,
         "branches_followed": chosen.round + 1,
     }
     if found is None:
-        return {"auto": {**told, "met": None}}
+        return {"auto": {**entry, "met": None}}
     return {
         "auto": {
-            **told,
+            **entry,
             "met": found.meets(chosen.study.tolerance),
             "harmonics_error": found.harmonics,
             "samples_error": found.samples,
@@ -39,7 +39,7 @@ def summary_of(chosen: Choice, branch: Branch) -> dict[str, Any]:
     }
 
 
-def told(chosen: Choice, branch: Branch) -> str:
+def message_of(chosen: Choice, branch: Branch) -> str:
     """The numbers found and what they achieve, in a line; nothing where all were given."""
     if not chosen.automatic:
         return ""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
+from cell_boxes import CUBE, WEDGES, box
 from mpi4py import MPI
 
 from fenics_nnm.errors import MeshError
@@ -21,58 +21,6 @@ from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body, assemble_solid
 from fenics_nnm.materials.elasticity import Isotropic
 from fenics_nnm.materials.material import Material
-
-Place = Callable[[np.ndarray], np.ndarray]
-
-#: A cube as two wedges, six pyramids about its centre or itself; nodes as of a hexahedron of VTK.
-CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]] * 2) + 0.0
-CUBE[4:, 2] = 1
-WEDGES = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]]
-
-
-def box(n: tuple[int, int, int], kind: Callable[[int], str], place: Place, order: int) -> Any:
-    """A box of n cubes, each a hexahedron, two wedges or six pyramids, moved by `place`.
-
-    Args:
-        n: Numbers of cubes.
-        kind: From the number of a column of cubes along z to their kind, as "wedge".
-        place: From points of the unit cube to those of the body.
-        order: 1 or 2.
-    """
-    row: dict[tuple[float, ...], int] = {}
-
-    def node(x: np.ndarray) -> int:
-        return row.setdefault(tuple(np.round(x, 9)), len(row))
-
-    cells: dict[str, list[list[int]]] = {}
-    for cube in product(*(range(k) for k in n)):
-        corners = (CUBE + cube) / n
-        for name, part in parts(kind(cube[0] * n[1] + cube[1]), corners):
-            shape = shape_of(name)
-            nodes = [node(x) for x in part]
-            if order == 2:
-                nodes += [node((part[a] + part[b]) / 2) for a, b in shape.edges]
-                name += {"hexahedron": "20", "wedge": "15", "pyramid": "13", "tetra": "10"}[name]
-            cells.setdefault(name, []).append(nodes)
-    x = np.array(list(row))
-    ends = {"low": np.flatnonzero(x[:, 0] == 0), "high": np.flatnonzero(x[:, 0] == 1)}
-    kinds = {name: np.array(rows) for name, rows in cells.items()}
-    sets = {name: {name: np.arange(len(rows))} for name, rows in kinds.items()}
-    return ForeignMesh(place(x), kinds, sets, ends)
-
-
-def parts(kind: str, corners: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    if kind == "hexahedron":
-        return [(kind, corners)]
-    if kind == "wedge":
-        return [(kind, corners[rows]) for rows in WEDGES]
-    middle = corners.mean(axis=0)
-    faces = [list(face)[::-1] for face in shape_of("hexahedron").faces]
-    if kind == "pyramid":
-        return [(kind, np.array([*corners[face], middle])) for face in faces]
-    divided = [face for f in faces for face in ([f[0], f[1], f[2]], [f[0], f[2], f[3]])]
-    return [("tetra", np.array([*corners[face], middle])) for face in divided]
-
 
 KINDS: dict[str, Callable[[int], str]] = {
     "wedges": lambda number: "wedge",

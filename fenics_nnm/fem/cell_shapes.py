@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.fem.row_numbers import row_numbers
 
 Pairs = tuple[tuple[int, int], ...]
 Faces = tuple[tuple[int, ...], ...]
@@ -111,8 +112,7 @@ class FacetTable:
             corners: Corners, -1 where there are fewer, shape (m, most or less).
         """
         own, asked = _keys(self.corners), _keys(_widened(corners, self.corners.shape[1]))
-        _, place = np.unique(np.concatenate([own, asked]), axis=0, return_inverse=True)
-        place = place.ravel()
+        place = row_numbers(np.concatenate([own, asked]))
         row = np.full(int(place.max(initial=0)) + 1, -1, dtype=np.int64)
         row[place[: len(own)]] = np.arange(len(own))
         return np.asarray(row[place[len(own) :]])
@@ -137,8 +137,8 @@ def facet_table(cells: dict[str, Indices]) -> FacetTable:
     all_corners = np.concatenate(corners)
     real = (all_corners >= 0).sum(axis=1) >= min(most, shape_of(next(iter(cells))).dim)
     all_corners = all_corners[real]
-    _, facet, times = np.unique(_keys(all_corners), axis=0, return_inverse=True, return_counts=True)
-    facet = facet.ravel()
+    facet = row_numbers(_keys(all_corners))
+    times = np.bincount(facet)
     return FacetTable(
         all_corners,
         np.concatenate(middles)[real],

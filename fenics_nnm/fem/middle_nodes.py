@@ -7,6 +7,7 @@ import numpy as np
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.cell_shapes import shape_of
+from fenics_nnm.fem.row_numbers import row_numbers
 
 
 def assert_middles(name: str, cells: dict[str, Indices], numbers: Indices) -> None:
@@ -29,8 +30,7 @@ def assert_middles(name: str, cells: dict[str, Indices], numbers: Indices) -> No
     )
     is_corner = np.zeros(max(int(corners.max()), int(nodes.max())) + 1, dtype=bool)
     is_corner[corners] = True
-    _, edge = np.unique(ends, axis=0, return_inverse=True)
-    edge = edge.ravel()
+    edge = row_numbers(ends)
     node_of_edge = np.full(int(edge.max()) + 1, -1, dtype=np.int64)
     node_of_edge[edge] = nodes
     edge_of_node = np.full(len(is_corner), -1, dtype=np.int64)

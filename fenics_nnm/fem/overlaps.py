@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import chain
+
 import numpy as np
 from scipy.spatial import KDTree
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.cell_shapes import FacetTable, shape_of
+from fenics_nnm.fem.row_numbers import row_numbers
 from fenics_nnm.fem.splitting import shown, simplices_of
 
 #: Barycentric coordinates of points of a simplex that are looked for in other cells, unequal, so
@@ -86,10 +89,11 @@ def _refuse_twice(name: str, cells: dict[str, Indices], numbers: Indices) -> Non
     start = 0
     for kind, rows in cells.items():
         corners = np.sort(rows[:, : shape_of(kind).corners], axis=1)
-        _, first, place = np.unique(corners, axis=0, return_index=True, return_inverse=True)
-        twice = np.flatnonzero(first[place.ravel()] != np.arange(len(rows)))
+        place = row_numbers(corners)
+        first = np.unique(place, return_index=True)[1]
+        twice = np.flatnonzero(first[place] != np.arange(len(rows)))
         if len(twice):
-            one, other = first[place.ravel()[twice[0]]], twice[0]
+            one, other = first[place[twice[0]]], twice[0]
             raise MeshError(
                 f"{name}: {len(twice)} elements stand twice: {int(numbers[start + other])} has the "
                 f"nodes of {int(numbers[start + one])}: leave one of the two out"
@@ -150,10 +154,13 @@ def _near(points: Array, corners: Array) -> tuple[Indices, Indices]:
     """Pairs of a point and a simplex whose surrounding ball about its middle has the point."""
     middles = corners.mean(axis=1)
     reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-    found = KDTree(points).query_ball_point(middles, reach, return_sorted=False)
-    counts = np.array([len(each) for each in found])
-    probes = np.concatenate([np.empty(0, dtype=np.int64), *(each for each in found if each)])
-    return probes.astype(np.int64), np.repeat(np.arange(len(corners)), counts)
+    tree = KDTree(points)
+    closest = tree.query(middles, distance_upper_bound=float(reach.max(initial=0.0)))[0]
+    near = np.flatnonzero(closest <= reach)
+    found = tree.query_ball_point(middles[near], reach[near], return_sorted=False)
+    counts = np.array([len(each) for each in found], dtype=np.int64)
+    probes = np.fromiter(chain.from_iterable(found), dtype=np.int64, count=int(counts.sum()))
+    return probes, np.repeat(near, counts)
 
 
 def _inside(corners: Array, points: Array) -> Array:

@@ -15,6 +15,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.cell_shapes import SHAPES, Shape, shape_of, signed_volumes
+from fenics_nnm.fem.row_numbers import row_numbers
 
 #: Volume of a part over that of its cell below which the part is flat.
 _FLAT = 1e-7
@@ -186,8 +187,7 @@ def _edge_nodes(cells: dict[str, Indices]) -> tuple[Indices, Indices]:
 
 def _looked_up(keys: Indices, values: Indices, wanted: Indices) -> Indices:
     """Value of each wanted row, -1 where no key is alike."""
-    _, place = np.unique(np.concatenate([keys, wanted]), axis=0, return_inverse=True)
-    place = place.ravel()
+    place = row_numbers(np.concatenate([keys, wanted]))
     found = np.full(int(place.max()) + 1, -1, dtype=np.int64)
     found[place[: len(keys)]] = values
     return np.asarray(found[place[len(keys) :]])

@@ -23,7 +23,7 @@ def memory_of_rank(comm: MPI.Comm, gibibytes: float | None) -> float | None:
         Bytes; None where the machine does not tell what is free.
     """
     node = comm.Split_type(MPI.COMM_TYPE_SHARED)
-    free = _free() if gibibytes is None else None
+    free = free_memory() if gibibytes is None else None
     whole = gibibytes * _GIB if gibibytes is not None else _PART * free if free else None
     own = whole / node.size if whole is not None else None
     node.Free()
@@ -31,7 +31,7 @@ def memory_of_rank(comm: MPI.Comm, gibibytes: float | None) -> float | None:
     return min(known, default=None)
 
 
-def _free() -> float | None:
+def free_memory() -> float | None:
     """Free memory of the machine, or of the control group that this process is in, in bytes."""
     found = [bytes_ for bytes_ in (_free_of_machine(), _free_of_group()) if bytes_ is not None]
     return min(found, default=None)

@@ -1,18 +1,16 @@
-"""What one rank reads of a mesh, and how it is spread over the ranks."""
+"""What one rank reads of a mesh."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from dolfinx import mesh as dmesh
-from dolfinx.graph import adjacencylist
-from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.fem.compat import distribute_entity_data, ufl_mesh
-from fenics_nnm.fem.parallel import on_root
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +21,8 @@ class RawMesh:
         cell_type: gmsh's number of the element type.
         dim: Dimension of the body.
         points: Coordinates in the unit of the input, shape (nodes, dim).
-        cells: Rows of `points` of each cell in dolfinx's order, shape (cells, nodes a cell).
-        facets: Nodes of each facet of a named group, in dolfinx's order of the facet.
+        cells: Rows of `points` of each cell in gmsh's order, shape (cells, nodes a cell).
+        facets: Nodes of each facet of a named group, in gmsh's order of the facet.
         groups: Rows of `cells` of each named group.
     """
 
@@ -36,51 +34,39 @@ class RawMesh:
     groups: Mapping[str, Indices]
 
 
-def distributed(
-    read: Callable[[], RawMesh], metres: float, comm: MPI.Comm
-) -> tuple[dmesh.Mesh, dict[str, Indices], dict[str, Indices]]:
-    """Spread the mesh that rank 0 reads over the ranks.
+def write_raw(path: Path, raw: RawMesh) -> None:
+    """Write a mesh to a .npz file without Python objects.
 
-    Args:
-        read: Called on rank 0 alone; what it raises is raised on all ranks.
-        metres: Metres in one unit of the coordinates.
-        comm: Communicator of the mesh.
-
-    Returns:
-        Mesh, local facets of each named group, local cells of each named group.
+    Raises:
+        OSError: if it cannot be written.
     """
-    raw = None
-
-    def on_first() -> tuple[int, int, int, list[str], dict[str, Indices]]:
-        nonlocal raw
-        raw = read()
-        return raw.cell_type, raw.dim, raw.cells.shape[1], list(raw.facets), dict(raw.groups)
-
-    cell_type, dim, nodes, names, groups = on_root(comm, on_first)
-    if raw is None:
-        no_cells = np.empty((0, nodes), dtype=np.int64)
-        raw = RawMesh(cell_type, dim, np.empty((0, dim)), no_cells, {}, {})
-    # by name: dolfinx 0.10 exchanged the last two
-    mesh = dmesh.create_mesh(
-        comm, raw.cells, x=raw.points * metres, e=ufl_mesh(cell_type, dim, np.float64)
-    )
-    mesh.topology.create_connectivity(dim - 1, dim)
-    mesh.topology.create_connectivity(dim, dim - 1)
-    facets = {name: _local_facets(mesh, raw, name) for name in names}
-    read_as = mesh.topology.original_cell_index
-    cells: dict[str, Indices] = {
-        name: np.flatnonzero(np.isin(read_as, rows)).astype(np.int32)
-        for name, rows in groups.items()
+    names = json.dumps([list(raw.facets), list(raw.groups)])
+    arrays: dict[str, Any] = {
+        "kind": np.array([raw.cell_type, raw.dim]),
+        "points": raw.points,
+        "cells": raw.cells,
+        "names": np.frombuffer(names.encode(), dtype=np.uint8),
     }
-    return mesh, facets, cells
+    for number, part in enumerate([*raw.facets.values(), *raw.groups.values()]):
+        arrays[f"part{number}"] = part
+    np.savez(path, **arrays)
 
 
-def _local_facets(mesh: dmesh.Mesh, raw: RawMesh, group: str) -> Indices:
-    width = mesh.comm.bcast(raw.facets[group].shape[1] if mesh.comm.rank == 0 else 0, root=0)
-    nodes = raw.facets.get(group, np.empty((0, width), dtype=np.int64))
-    dim = raw.dim - 1
-    entities, values = distribute_entity_data(
-        mesh, dim, nodes, np.zeros(len(nodes), dtype=np.int32)
-    )
-    tags = dmesh.meshtags_from_entities(mesh, dim, adjacencylist(entities), values)
-    return tags.indices
+def read_written(path: Path) -> RawMesh:
+    """Read what `write_raw` wrote.
+
+    Raises:
+        OSError, ValueError, KeyError: if it is something else.
+    """
+    with np.load(path, allow_pickle=False) as file:
+        facets, groups = json.loads(file["names"].tobytes())
+        parts = [file[f"part{number}"] for number in range(len(facets) + len(groups))]
+        cell_type, dim = (int(x) for x in file["kind"])
+        return RawMesh(
+            cell_type,
+            dim,
+            file["points"],
+            file["cells"],
+            dict(zip(facets, parts, strict=False)),
+            dict(zip(groups, parts[len(facets) :], strict=True)),
+        )

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 
 from mpi4py import MPI
 
-from fenics_nnm.fem.cad import Cad, Refined, read_cad
+from fenics_nnm.fem.cad import Refined, read_cad
+from fenics_nnm.fem.cad_model import Cad
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.native import Limits
 from fenics_nnm.fem.picking import (
     Box,
     Condition,
@@ -37,9 +39,12 @@ def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
         return with_groups(tagged, _picks(study.groups, tagged))
 
     if isinstance(study.mesh, CadFile):
-        return pick(read_cad(_cad(study.mesh), pick, comm))
+        section = study.mesh
+        refined = tuple(Refined(r.facets, r.size, r.distance) for r in section.refine)
+        return pick(read_cad(_cad(section), refined, pick, comm, _limits(section)))
     if isinstance(study.mesh, MeshFile):
-        return pick(read_mesh(study.mesh.file, study.mesh.length_unit, comm))
+        file = study.mesh
+        return pick(read_mesh(file.file, file.length_unit, comm, _limits(file)))
     return pick(generate_mesh(study.mesh, comm))
 
 
@@ -51,8 +56,12 @@ def _cad(section: CadFile) -> Cad:
         element_size=section.element_size,
         order=section.order,
         curvature=section.curvature,
-        refined=tuple(Refined(r.facets, r.size, r.distance) for r in section.refine),
+        trust_script=section.trust_script,
     )
+
+
+def _limits(section: CadFile | MeshFile) -> Limits:
+    return Limits(section.memory, section.time)
 
 
 def _picks(groups: Mapping[str, GroupSection], tagged: TaggedMesh) -> dict[str, Pick]:

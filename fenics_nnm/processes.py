@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
+import os  # Python has loaded both at its start: nothing is looked for in the current folder
 import sys
-from collections.abc import Mapping
-from pathlib import Path
 
 #: Beginnings of the names that mpirun and batch systems tell their processes by.
 OF_MPIRUN = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "MPI_", "I_MPI_", "HYDRA_", "MPIR_", "SLURM_")
 
-_CHECKOUT = Path(__file__).resolve().parents[1]
+_CHECKOUT = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
 
 
-def environment_of_child(**changed: str) -> Mapping[str, str]:
-    """Variables for a process of its own: no rank of mpirun, the same modules, one thread.
+def environment_of_child(**changed: str) -> dict[str, str]:
+    """Variables for a process of its own: no rank of mpirun, and the same modules.
 
     The folder that the command is called in is not on its path of modules.
 
@@ -22,7 +20,7 @@ def environment_of_child(**changed: str) -> Mapping[str, str]:
         changed: Further variables.
     """
     plain = {name: value for name, value in os.environ.items() if not name.startswith(OF_MPIRUN)}
-    path = os.pathsep.join(filter(None, without_current_folder(sys.path)))
+    path = os.pathsep.join(without_current_folder(sys.path))
     return {**plain, "PYTHONPATH": path, "PYTHONSAFEPATH": "1", **changed}
 
 
@@ -32,11 +30,8 @@ def without_current_folder(path: list[str]) -> list[str]:
     Modules of anybody may lie there, such as a `random.py` beside a study.
     """
     try:
-        here = Path.cwd().resolve()
+        here = os.path.realpath(os.getcwd())
     except OSError:  # it was removed
-        return [entry for entry in path if entry]
-    return [
-        entry
-        for entry in path
-        if entry and (Path(entry).resolve() != here or Path(entry).resolve() == _CHECKOUT)
-    ]
+        here = ""
+    foreign = here if here != _CHECKOUT else ""
+    return [entry for entry in path if entry and os.path.realpath(entry) != foreign]

@@ -11,7 +11,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices, Mask
 
 #: Smallest ratio of the least to the largest Jacobian of an element that stays curved.
-_LEAST_RATIO = 0.1
+_LEAST_RATIO = 0.05
 
 #: Number of places that are named.
 _NAMED = 3
@@ -20,26 +20,38 @@ _NAMED = 3
 def straighten(dim: int) -> None:
     """Move the middle nodes of bad elements to where they are in straight ones.
 
-    Elements that share such a node may become bad by that: it goes on until none is bad but
-    straight ones. A line that begins with "note: " is printed.
+    First those inside the body, then those on its surface too, and those on the edges of the
+    geometry where nothing else helps. Elements that share a node may become bad by that: it goes on
+    until none is bad but straight ones. A line that begins with "note: " is printed.
     """
+    places = {at for lowest in (dim, dim - 1, 0) for at in _straightened(dim, lowest)}
+    if not places:
+        return
+    first = sorted(places)[:_NAMED]
+    named = "; ".join(f"({', '.join(f'{x:.4g}' for x in at)})" for at in first)
+    more = " ..." if len(places) > _NAMED else ""
+    _note(
+        f"{len(places)} curved elements were folded, or nearly so, and are made straight, at "
+        f"{named}{more}: smaller elements there (mesh.curvature, mesh.refine) follow the surface"
+    )
+
+
+def _straightened(dim: int, lowest: int) -> set[tuple[float, ...]]:
+    """Straighten bad elements by nodes on entities of a dimension or more; their centres."""
     moved: set[int] = set()
-    places: list[Array] = []
+    places: set[tuple[float, ...]] = set()
     while True:
-        found = 0
+        before = len(moved)
         for kind, tags, nodes in _elements(dim):
-            bad = _bad(tags)
-            bad[bad] &= ~_all_known(nodes[bad], moved, kind)
-            if bad.any():
-                places += list(_move(kind, nodes[bad]))
-                moved.update(nodes[bad].ravel().tolist())
-                found += int(bad.sum())
-        if not found:
-            break
-    if places:
-        named = "; ".join(f"({', '.join(f'{x:.4g}' for x in at)})" for at in places[:_NAMED])
-        more = " ..." if len(places) > _NAMED else ""
-        _note(f"{len(places)} curved elements were folded and are made straight, at {named}{more}")
+            bad = nodes[_bad(tags)]
+            bad = bad[~_all_known(bad, moved, kind)]
+            if len(bad):
+                nodes_moved, centres = _move(kind, bad, lowest)
+                if nodes_moved - moved:
+                    places.update((float(x), float(y), float(z)) for x, y, z in centres)
+                moved |= nodes_moved
+        if len(moved) == before:
+            return places
 
 
 def _elements(dim: int) -> list[tuple[int, Indices, Indices]]:
@@ -66,19 +78,26 @@ def _all_known(nodes: Indices, moved: set[int], kind: int) -> Mask:
     return np.asarray(np.isin(nodes[:, corners:], list(moved)).all(axis=1))
 
 
-def _move(kind: int, nodes: Indices) -> Array:
-    """Move the middle nodes of elements; the centres of these."""
+def _move(kind: int, nodes: Indices, lowest: int) -> tuple[set[int], Array]:
+    """Move the middle nodes of elements that lie on entities of a dimension or more.
+
+    Returns:
+        Tags of these nodes, and the centres of the elements.
+    """
     weights = _weights(kind)
     corners = weights.shape[1]
     wanted, place = np.unique(nodes, return_inverse=True)
-    points = np.array([gmsh.model.mesh.getNode(int(tag))[0] for tag in wanted])
+    known = [gmsh.model.mesh.getNode(int(tag)) for tag in wanted]
+    points = np.array([coordinates for coordinates, _, _, _ in known])
+    free = {int(tag) for tag, (_, _, dim, _) in zip(wanted, known, strict=True) if dim >= lowest}
     of_corners = points[place.reshape(nodes.shape)[:, :corners]]
-    straight = np.einsum("mc,ecd->emd", weights, of_corners)
-    flat = nodes[:, corners:].ravel()
-    _, first = np.unique(flat, return_index=True)
-    for index in first:
-        gmsh.model.mesh.setNode(int(flat[index]), straight.reshape(-1, 3)[index], [])
-    return np.asarray(of_corners.mean(axis=1))
+    straight = np.einsum("mc,ecd->emd", weights, of_corners).reshape(-1, 3)
+    middle = nodes[:, corners:].ravel()
+    _, first = np.unique(middle, return_index=True)
+    chosen = [index for index in first if int(middle[index]) in free]
+    for index in chosen:
+        gmsh.model.mesh.setNode(int(middle[index]), straight[index], [])
+    return {int(middle[index]) for index in chosen}, of_corners.mean(axis=1)
 
 
 def _weights(kind: int) -> Array:

@@ -151,7 +151,7 @@ def _tokens(path: Path) -> list[_Token]:
     found, line, position, before = [], 1, 0, ""
     while position < len(text):
         match = _TOKEN.match(text, position)
-        if match is None:
+        if match is None or (text.startswith("/*", position) and match["comment"] is None):
             raise MeshError(
                 f"mesh.file = {path}, line {line}: {text[position]!r} is no sign of gmsh's language"
             )

@@ -6,14 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import gmsh
 import numpy as np
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
-from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
+from fenics_nnm.fem.built_in import built_in
 from fenics_nnm.fem.mesh_file import ReadMesh, assert_file, seconds_to_read
 from fenics_nnm.fem.native import Limits, in_own_process
 from fenics_nnm.fem.raw_mesh import RawMesh
@@ -94,14 +93,7 @@ def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
         GeometryError: if the geometry cannot be made.
         MeshError: if its mesh cannot be used.
     """
-    name = f'mesh.model "{geometry.model}"'
-
-    def read() -> RawMesh:
-        with gmsh_session(name):
-            geometry.build(gmsh.model)
-            return extracted(name)
-
-    return spread_mesh(read, METRES[geometry.length_unit], comm)
+    return spread_mesh(lambda: built_in(geometry), METRES[geometry.length_unit], comm)
 
 
 def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> TaggedMesh:

@@ -21,9 +21,9 @@ from typing import Protocol
 
 from fenics_nnm import errors
 from fenics_nnm.errors import MeshError, NonlinearModeError
-from fenics_nnm.fem.memory import free_memory
 from fenics_nnm.fem.native_files import ANSWER, JOB, LOG, PROBLEM
 from fenics_nnm.fem.raw_mesh import RawMesh, read_written
+from fenics_nnm.files.free_memory import free_memory
 from fenics_nnm.processes import environment_of_child
 
 logger = logging.getLogger(__name__)

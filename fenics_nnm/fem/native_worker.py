@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import pickle
 import sys
 import traceback
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 def main(folder: Path) -> int:
     """Do the job of a folder and put the mesh, or what went wrong, in it."""
     die_with_parent()
+    logging.basicConfig(stream=sys.stdout, level=logging.INFO, format="%(message)s")
     job, gibibytes = pickle.loads((folder / JOB).read_bytes())
     import gmsh  # noqa: F401  # which starts a program to find its library
 

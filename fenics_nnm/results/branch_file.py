@@ -34,7 +34,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,13 +46,15 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.errors import OutputError
+from fenics_nnm.errors import NonlinearModeError, OutputError
 from fenics_nnm.fem.blocks import Blocks, Data
+from fenics_nnm.files.bounds import check_hdf5
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.results import journal
 from fenics_nnm.results.durable import replacing
 from fenics_nnm.results.journal import ARRAYS, SCALARS, Journal
+from fenics_nnm.results.seal import break_seal, check_seal, seal
 from fenics_nnm.study.resolution import Resolution
 
 FORMAT = "fenics_nnm branch 6"
@@ -118,6 +121,7 @@ def create(path: Path, header: BranchHeader, data: Data, known: Sequence[BranchP
         with replacing(path) as part:
             part.write_bytes(_image(header, arrays))
             _add(part, blocks)
+            seal(part)
         journal.begin(path, known)
 
 
@@ -149,10 +153,12 @@ def add_inertia(path: Path, inertia: Mapping[float, Blocks]) -> None:
     names = [f"inertia/{number:06d}" for number in range(len(inertia))]
     with _writing(path), replacing(path) as part:
         shutil.copyfile(path, part)
+        break_seal(part)
         _add(part, dict(zip(names, inertia.values(), strict=True)))
         with _opened(part, _ONCE) as file:
             for name, position in zip(names, inertia, strict=True):
                 file[name].attrs["position"] = position
+        seal(part)
 
 
 def gather(path: Path) -> None:
@@ -171,17 +177,15 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
     Raises:
         OutputError: if the file cannot be read or is of another kind.
     """
-    try:
+    with reading(path):
         unfinished = journal.read(path)  # first, as a run may be just finishing
+        check_seal(path)
+        check_hdf5(path, fits=False)
         with h5py.File(path, "r") as file:
             _assert_format(path, str(file.attrs.get("format", "")))
             points = [_point(group) for group in file["points"].values()] or unfinished
             latest = {point.position: point for point in points}
             return _header(file), tuple(latest[place] for place in sorted(latest))
-    except OSError as error:
-        if isinstance(error, OutputError):
-            raise
-        raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
 def study_text(path: Path) -> str:
@@ -190,14 +194,34 @@ def study_text(path: Path) -> str:
     Raises:
         OutputError: if the file cannot be read or is of another kind.
     """
-    try:
+    with reading(path):
+        check_seal(path)
+        check_hdf5(path, fits=False)
         with h5py.File(path, "r") as file:
             _assert_format(path, str(file.attrs.get("format", "")))
             return str(file.attrs["study"])
-    except OSError as error:
-        if isinstance(error, OutputError):
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turns what HDF5 and NumPy raise at a damaged file into one line that names the file.
+
+    Raises:
+        OutputError: that line.
+    """
+    try:
+        yield
+    except (NonlinearModeError, MemoryError) as error:
+        if isinstance(error, OutputError | MemoryError):
             raise
+        raise OutputError(f"{path}: is damaged: {error}") from error
+    except OSError as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
+    except (KeyError, ValueError, TypeError, RuntimeError, IndexError, AttributeError) as error:
+        reason = " ".join(str(error).strip("'\"").split())
+        raise OutputError(
+            f"{path}: is damaged, or was written by another program: {reason}"
+        ) from error
 
 
 def _assert_format(path: Path, found: str) -> None:
@@ -216,6 +240,7 @@ def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
     size = sum(getattr(point, name).nbytes for point in points for name in ARRAYS)
     with _writing(path), replacing(path) as part:
         shutil.copyfile(path, part)
+        break_seal(part)
         with _opened(part, size + _OVERHEAD * len(points) + _ONCE) as file:
             file.attrs.update(attributes)
             del file["points"]
@@ -226,6 +251,7 @@ def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
                 for name in SCALARS:
                     group.attrs[name] = getattr(point, name)
             file.require_group("points")
+        seal(part)
     shutil.rmtree(journal.folder_beside(path), ignore_errors=True)
 
 

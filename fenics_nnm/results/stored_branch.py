@@ -186,7 +186,7 @@ def read_stored_branch(path: Path) -> StoredBranch:
         OutputError: if the file cannot be read, is of another kind, or has no mesh.
     """
     header, points = branch_file.read(path)
-    with h5py.File(path, "r") as file:
+    with branch_file.reading(path), h5py.File(path, "r") as file:
         if "mesh" not in file:
             raise OutputError(f"{path}: has no mesh to draw: it is a branch of [matrices]")
         return StoredBranch(

@@ -26,6 +26,7 @@ from fenics_nnm.resolution.auto import Choice, choice, improved
 from fenics_nnm.results import branch_file, journal
 from fenics_nnm.results.auto_report import told, warn_of
 from fenics_nnm.results.journal import Journal
+from fenics_nnm.results.place import assert_replaceable
 from fenics_nnm.results.resume import (
     StoredRun,
     assert_nobody_runs,
@@ -45,7 +46,7 @@ from fenics_nnm.structure.analysis import (
     wanted_motions,
 )
 from fenics_nnm.study import Study
-from fenics_nnm.study.inputs import input_digests
+from fenics_nnm.study.inputs import input_digests, input_files
 
 logger = logging.getLogger(__name__)
 
@@ -96,6 +97,10 @@ def run_study(
         NonlinearModeError: if the study cannot be run, or the results not be written.
     """
     stages = stages or Stages()
+    read_from = [
+        path for key, path in input_files(study).items() if not key.startswith("continuation.")
+    ]
+    on_root(comm, lambda: assert_replaceable(folder, read_from))
     staging = on_root(comm, lambda: claim(folder))
     try:
         stopped = on_root(comm, lambda: stopped_runs(folder))

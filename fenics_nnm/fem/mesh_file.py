@@ -80,6 +80,19 @@ class ReadMesh:
             return _read_foreign(self.path)
 
 
+def _check_whole(path: Path) -> None:
+    """Refuse an HDF5 file, such as .med, that takes data from other files."""
+    import h5py
+
+    from fenics_nnm.files.bounds import UnsafeFileError, check_hdf5
+
+    if h5py.is_hdf5(path):
+        try:
+            check_hdf5(path)
+        except UnsafeFileError as error:
+            raise MeshError(f"mesh.file = {path}: {error}") from error
+
+
 def _read_foreign(path: Path) -> RawMesh:
     """Read a mesh of another program; all without a reader of our own are read by meshio."""
     from fenics_nnm.fem.abaqus_mesh import read_abaqus
@@ -93,6 +106,7 @@ def _read_foreign(path: Path) -> RawMesh:
         ".fem": read_nastran,
     }
     suffix = path.suffix.lower()
+    _check_whole(path)
     if suffix in readers:
         return raw_mesh(str(path), readers[suffix](path))
     from fenics_nnm.fem.meshio_mesh import read_meshio

@@ -13,12 +13,16 @@ from fenics_nnm.study.record import Count, FromList, Positive, Record
 _MOST_STEPS = 100_000
 
 
+#: A ratio, or a step of it: larger ones are misprints.
+Ratio = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
+
+
 class Range(Record):
     """Equal steps from one value to another."""
 
-    start: Positive = Field(alias="from", description="first value")
-    stop: Positive = Field(alias="to", description="last value")
-    step: Positive = Field(description="largest step")
+    start: Ratio = Field(alias="from", description="first value")
+    stop: Ratio = Field(alias="to", description="last value")
+    step: Ratio = Field(description="largest step")
 
     @model_validator(mode="after")
     def _ascending(self) -> Range:
@@ -32,24 +36,24 @@ class Range(Record):
 class Energies(Range):
     """Range of energies, as ratios of gamma to its value at grazing."""
 
-    start: Positive = Field(0.7, alias="from", description="first gamma ratio")
-    stop: Positive = Field(3.0, alias="to", description="last gamma ratio")
-    step: Positive = Field(0.1, description="largest step of the gamma ratio")
+    start: Ratio = Field(0.7, alias="from", description="first gamma ratio")
+    stop: Ratio = Field(3.0, alias="to", description="last gamma ratio")
+    step: Ratio = Field(0.1, description="largest step of the gamma ratio")
 
 
 class Frequencies(Range):
     """Range of frequencies, as ratios to that of the linear mode."""
 
-    start: Positive = Field(
+    start: Ratio = Field(
         alias="from",
         description="lowest frequency ratio, above 1 where gaps are open: contact makes a "
         "structure stiffer",
     )
-    stop: Positive = Field(
+    stop: Ratio = Field(
         alias="to",
         description="highest frequency ratio, below 1 where a closed contact lifts off",
     )
-    step: Positive = Field(0.005, description="largest step of the frequency ratio")
+    step: Ratio = Field(0.005, description="largest step of the frequency ratio")
 
     @model_validator(mode="after")
     def _on_one_side_of_the_linear_one(self) -> Frequencies:

@@ -302,7 +302,7 @@ def test_an_end_without_a_mesh_is_one_line(way: str, words: str) -> None:
     assert time.monotonic() - begin < 40
 
 
-#: Middle node of each edge of a tetrahedron of gmsh, and the corners in an order that keeps its sense.
+#: Middle node of each edge of a tetrahedron of gmsh, and even orders of the corners.
 MIDDLE = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (2, 3): 8, (1, 3): 9}
 CORNERS = ((0, 1, 2, 3), (1, 2, 0, 3), (2, 0, 1, 3), (3, 0, 2, 1))
 

@@ -37,6 +37,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _configure_logging(*, verbose: bool) -> None:
     """Show warnings, and on the way stages and points if asked for; other libraries' never."""
     logging.basicConfig(format="fenics-nnm: %(message)s")
+    logging.captureWarnings(True)
+    logging.getLogger("py.warnings").setLevel(logging.INFO if verbose else logging.CRITICAL)
     logging.getLogger("fenics_nnm").setLevel(logging.INFO if verbose else logging.WARNING)
 
 

@@ -52,6 +52,11 @@ def _message(error: BaseException) -> str:
         return "out of memory: use a coarser mesh or fewer reduction.modes"
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
+    if isinstance(error, ArithmeticError):
+        return (
+            f"a number becomes too large or too small to compute with ({error}): check lengths, "
+            "units and material (--verbose shows where)"
+        )
     return (
         f"this is a defect of fenics-nnm, please report it: {type(error).__name__}: {error} "
         "(--verbose shows where)"

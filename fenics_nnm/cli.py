@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import logging
 import os
+import sys
 import traceback
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -22,6 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     os.environ["PYTHONSAFEPATH"] = "1"  # of all processes that are started from here
     arguments = _parser().parse_args(argv)
+    sys.argv = [each.encode("utf-8", "replace").decode() for each in sys.argv]  # dolfinx reads them
     from mpi4py import MPI
 
     _configure_logging(verbose=arguments.verbose and MPI.COMM_WORLD.rank == 0)

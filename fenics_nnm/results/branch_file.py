@@ -34,6 +34,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -302,6 +303,7 @@ def _opened(path: Path, size: int) -> h5py.File:
 
 def _header(file: h5py.File) -> BranchHeader:
     series, model = file["series"].attrs, file["model"]
+    tomllib.loads(file.attrs["study"])  # of a damaged file it may be none
     return BranchHeader(
         study=file.attrs["study"],
         versions=json.loads(file.attrs["versions"]),

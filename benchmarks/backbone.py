@@ -31,7 +31,7 @@ import numpy as np
 from tips import blade_tip
 
 from fenics_nnm.backbone.branch import Branch
-from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.follow import EnergyContinuation, Progress, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.mechanics.model import ReducedModel
@@ -64,7 +64,9 @@ def measured(model: ReducedModel, balance: HarmonicBalance) -> Measured:
     def noted(point: BranchPoint) -> None:
         last[0] = time.process_time()
 
-    branch = follow(model, _ENERGIES, balance, mode=0, shooting=True, on_point=noted)
+    branch = follow(
+        model, _ENERGIES, balance, mode=0, shooting=True, progress=Progress(on_point=noted)
+    )
     return Measured(branch, last[0] - start, time.process_time() - start)
 
 
@@ -83,7 +85,7 @@ def row(case: tuple[int, int, int, int]) -> str:
     """Row of the table for a case, measured in this process."""
     modes, points, harmonics, samples = case
     found = measured(blade_tip(modes, points), HarmonicBalance(harmonics, samples))
-    steps = sum(point.iterations for point in found.branch.points)
+    steps = sum(point.notes.iterations for point in found.branch.points)
     verified = sum(point.status == "verified" for point in found.branch.points)
     return (
         f"| {modes} | {points} | {harmonics} | {samples} | {len(found.branch.points)} | {verified} "
@@ -123,7 +125,7 @@ def long_branch(points: int) -> None:
 
     print("| points | memory (MB) |\n|---|---|", flush=True)
     energies = EnergyContinuation(1.05, 2.0, 0.95 / (points - 1))
-    follow(rod(4), energies, HarmonicBalance(3, 32), mode=0, on_point=noted)
+    follow(rod(4), energies, HarmonicBalance(3, 32), mode=0, progress=Progress(on_point=noted))
 
 
 def main() -> None:

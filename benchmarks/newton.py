@@ -23,11 +23,14 @@ from dataclasses import dataclass
 import numpy as np
 from tips import blade_tip
 
-from fenics_nnm.backbone.cascade import Lift
+from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.nonlinear.condensed import pays
+from fenics_nnm.nonlinear.conditions import FixedEnergy
 from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 _GAMMA_RATIO = 1.8
 _GAMMA = 0.25 * _GAMMA_RATIO
@@ -83,10 +86,10 @@ def motion(size: Size) -> tuple[HarmonicEquations, Solution]:
     """The motion of a case, level by level from its first mode alone."""
     model, _ = blade_tip(size.modes, size.points).dimensionless()
     balance = HarmonicBalance(size.harmonics, size.samples)
-    lift = Lift(levels(model, balance, mode=0), 0, Newton(iterations=60))
-    found = lift.at(_GAMMA_RATIO, None)
+    cascade = Cascade(levels(model, balance, mode=0), 0, Newton(iterations=60))
+    found = cascade.at(_GAMMA_RATIO, None)
     assert found.finest is not None, found.failure
-    return lift.levels[-1].equations, found.finest
+    return cascade.levels[-1].equations, found.finest
 
 
 def guesses(found: Solution) -> Iterator[np.ndarray]:
@@ -105,7 +108,7 @@ def cost(size: Size) -> Cost:
     times = []
     for q in guesses(found):
         start = time.process_time()
-        solved = solve(equations, FixedEnergy(_GAMMA), q, found.omega)
+        solved = solve(equations, FixedEnergy(_GAMMA), Unknowns.of(q, found.omega))
         times.append(1e3 * (time.process_time() - start) / solved.iterations)
         assert solved.converged, solved.failure
         assert abs(solved.omega / found.omega - 1) < 1e-8, "another motion"
@@ -117,7 +120,7 @@ def cost(size: Size) -> Cost:
         touched=len(np.unique(points[used])),
         pairs=int(np.count_nonzero(used)),
         unknowns=int(np.prod(equations.shape)),
-        condensed=pays(equations, found.forces),
+        condensed=pays(found.forces, found.q.size),
     )
 
 

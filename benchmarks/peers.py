@@ -38,13 +38,16 @@ from tips import blade_tip
 from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedFrequency, Newton, solve
+from fenics_nnm.nonlinear.conditions import FixedFrequency
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.time_domain.flow import Flow
-from fenics_nnm.time_domain.shooting import shoot
+from fenics_nnm.time_domain.shooting import OrbitGuess, shoot
 
 _STIFFNESS = 4.0
 _OMEGA = 1.1
@@ -73,18 +76,19 @@ def against_harmonicbalance(modes: int, points: int, harmonics: int) -> str:
     from harmonicbalance.solvers import fouriersolve_ode
 
     tip = blade_tip(modes, points)
-    model = ReducedModel(tip.omega, tip.Phi, np.zeros_like(tip.R), tip.gap)
+    model = ReducedModel(tip.omega, tip.Phi, np.zeros_like(tip.R), tip.gap, contact=MASSIVE)
     series = FourierSeries(harmonics, 4 * harmonics + 1)
     stiffness = np.full((len(series.phase), points), _STIFFNESS / points)
     law = AugmentedLagrangian(model.gap, stiffness, np.zeros_like(stiffness))
-    equations = HarmonicEquations(model, series, law)
+    equations = harmonic_equations(model, series, law)
     guess = np.zeros(equations.shape)
     guess[1, 0] = 1.6
-    near = solve(equations, FixedFrequency(_OMEGA), guess, _OMEGA, options=Newton(iterations=100))
+    fixed, options = FixedFrequency(_OMEGA), Newton(iterations=100)
+    near = solve(equations, fixed, Unknowns.of(guess, _OMEGA), options=options)
     assert near.converged and near.energies.contact, near.failure
     rng = np.random.default_rng(0)
     start = near.q * (1 + 0.02 * rng.normal(size=near.q.shape))
-    ours, found = timed(lambda: solve(equations, FixedFrequency(_OMEGA), start, _OMEGA))
+    ours, found = timed(lambda: solve(equations, fixed, Unknowns.of(start, _OMEGA)))
     assert found.converged and found.energies.contact
 
     def ode(state: list[Any]) -> list[Any]:
@@ -122,7 +126,7 @@ def by_scipy(model: ReducedModel, point: BranchPoint, energy: float, rtol: float
     Phi, R, gap = model.Phi[0], float(model.R[0, 0]), float(model.gap[0])
     modes = model.modes
     size = np.sqrt(2 * energy)
-    half = 0.5 / point.frequency
+    half = 0.5 / point.motion.frequency
 
     def rate(clock: float, state: np.ndarray) -> np.ndarray:
         q = state[:modes]
@@ -138,7 +142,7 @@ def by_scipy(model: ReducedModel, point: BranchPoint, energy: float, rtol: float
         found = (np.sum((model.omega * q) ** 2) + R * force**2) / 2
         return np.append(end[modes:] / size, found / energy - 1)
 
-    first = np.append(model.omega * point.q.sum(axis=0) / size, 1.0)
+    first = np.append(model.omega * point.motion.q.sum(axis=0) / size, 1.0)
     solved = fsolve(miss, first, xtol=1e-11)
     return float(0.5 / (half * solved[modes]))
 
@@ -151,15 +155,15 @@ def against_scipy(modes: int, rtol: float) -> str:
     point = branch.points[len(branch.points) // 2]
 
     def shot() -> Any:
-        return shoot(Flow(model), balance.series, point)
+        return shoot(Flow(model), OrbitGuess.of(balance.series, point.motion))
 
     ours, found = timed(shot)
     assert found.converged, found.failure
-    spent, frequency = timed(lambda: by_scipy(model, point, point.energy, rtol), repeats=1)
+    spent, frequency = timed(lambda: by_scipy(model, point, point.motion.energy, rtol), repeats=1)
     return (
         f"| {modes} | {rtol:.0e} | {1e3 * whole / len(branch.points):.0f} | {1e3 * ours:.1f} "
         f"| {1e3 * spent:.0f} | {spent / ours:.0f} | {abs(frequency / found.frequency - 1):.0e} "
-        f"| {abs(point.frequency / found.frequency - 1):.0e} |"
+        f"| {abs(point.motion.frequency / found.frequency - 1):.0e} |"
     )
 
 

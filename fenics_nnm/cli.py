@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from fenics_nnm import __version__
 from fenics_nnm.commands import COMMANDS
 from fenics_nnm.commands.shared import BAD_INPUT, INCOMPLETE, complain
-from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError, one_line
+from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
+from fenics_nnm.study.error_keys import one_line
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -1,31 +1,82 @@
 """Errors that a user can cause; the command line shows each as one line."""
 
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Code(StrEnum):
+    """What an error is about, where a key of the study can mend it.
+
+    Rooms that know no study file speak in their own words; `study.error_keys` has the keys.
+    """
+
+    CELLS_OF_MATERIALS = "cells of materials"
+    CURVED_ELEMENTS = "curved elements"
+    CYLINDRICAL_AXES = "cylindrical axes"
+    DEGREE = "degree"
+    DEGREE_WITHOUT_MEMORY = "degree without memory"
+    ELEMENT_SIZE = "element size"
+    FULL_ORDER_GAP = "gap at full order"
+    GAP = "gap"
+    GAP_WITH_MASS = "gap of points with mass"
+    LENGTH_UNIT = "length unit"
+    MASS_AT_CONTACT = "mass at contact points"
+    MEMORY = "memory"
+    MEMORY_LIMIT = "memory limit"
+    MESHING = "meshing"
+    MESH_FILE = "mesh file"
+    MODE = "mode"
+    MODES = "modes"
+    HELD_MODES = "modes with held points"
+    MODES_OF_ITERATION = "modes of an iteration"
+    NOT_HELD = "not held"
+    OUT_OF_PLANE = "out of plane"
+    REFERENCE = "reference displacement"
+    STILL_MODE = "still mode"
+    THEORY = "theory"
+    TIME_LIMIT = "time limit"
+    TOO_MANY_MODES = "too many modes"
+
 
 class NonlinearModeError(Exception):
-    """Base of every error raised on purpose by this package."""
+    """Base of every error raised on purpose by this package.
+
+    Attributes:
+        code: What it is about, if a key of the study can mend it.
+    """
+
+    def __init__(self, *arguments: object, code: Code | None = None) -> None:
+        """An error with a message and, if a key of the study can mend it, its code."""
+        super().__init__(*arguments)
+        self.code = code
 
 
-class StudyError(ValueError, NonlinearModeError):
+class StudyError(NonlinearModeError, ValueError):
     """The study file, or a file that it names, is wrong."""
 
 
-class GeometryError(ValueError, NonlinearModeError):
+class GeometryError(NonlinearModeError, ValueError):
     """A built-in geometry cannot be made from its parameters or tables."""
 
 
-class MeshError(ValueError, NonlinearModeError):
+class MeshError(NonlinearModeError, ValueError):
     """A mesh lacks what the study needs: groups, cell types, valid elements."""
 
 
-class ModelError(ValueError, NonlinearModeError):
+class ModelError(NonlinearModeError, ValueError):
     """Mechanical model or reduced model is not admissible: no clamp, no contact, R not SPD."""
 
 
-class OutputError(OSError, NonlinearModeError):
-    """Results cannot be written to, or read from, the requested place."""
+class OutputError(NonlinearModeError):
+    """Results cannot be written to, or read from, the requested place.
+
+    It is no `OSError`, so that code that turns those of the operating system into a line lets it
+    pass.
+    """
 
 
-class ConvergenceError(RuntimeError, NonlinearModeError):
+class ConvergenceError(NonlinearModeError, RuntimeError):
     """A computation ended before it gave what was asked for; exit code 1."""
 
 
@@ -35,29 +86,3 @@ class OutOfMemoryError(ConvergenceError):
 
 class TooManyModesError(ModelError):
     """A reduction whose modes leave nothing to its contact points."""
-
-
-def one_line(error: BaseException) -> str:
-    """What is said of an error, of whatever kind, in one line with its notes."""
-    message = "; ".join([_message(error), *getattr(error, "__notes__", ())])
-    return " ".join(message.split())
-
-
-def _message(error: BaseException) -> str:
-    if isinstance(error, NonlinearModeError):
-        return str(error)
-    if isinstance(error, KeyboardInterrupt):
-        return "interrupted"
-    if isinstance(error, MemoryError):
-        return "out of memory: use a coarser mesh or fewer reduction.modes"
-    if isinstance(error, OSError) and error.filename:
-        return f"{error.filename}: {error.strerror}"
-    if isinstance(error, ArithmeticError):
-        return (
-            f"a number becomes too large or too small to compute with ({error}): check lengths, "
-            "units and material (--verbose shows where)"
-        )
-    return (
-        f"this is a defect of fenics-nnm, please report it: {type(error).__name__}: {error} "
-        "(--verbose shows where)"
-    )

@@ -87,13 +87,13 @@ class Motion:
     """
 
     def __init__(self, model: ReducedModel, point: BranchPoint, harmonics: int) -> None:
-        period, length = 1 / point.frequency, np.abs(model.Phi @ point.q.T).max()
-        amplitude = np.sqrt(2 * point.energy) / (2 * np.pi * point.frequency)
+        period, length = 1 / point.motion.frequency, np.abs(model.Phi @ point.motion.q.T).max()
+        amplitude = np.sqrt(2 * point.motion.energy) / (2 * np.pi * point.motion.frequency)
         self._omega, self._Phi = model.omega * period, model.Phi * amplitude / length
         self._R = model.R * (amplitude / period / length) ** 2
         self._law, self._gap = Pivoting(self._R), model.gap / length
         self.weight = np.concatenate([self._omega, np.ones_like(self._omega)])
-        self.start = _state(point.q / amplitude, harmonics)
+        self.start = _state(point.motion.q / amplitude, harmonics)
         self._at_rest = 0.0
         self._at_rest = self.energy(self._rest())
 
@@ -175,7 +175,7 @@ def exact_motion(
         step = -np.linalg.lstsq(matrix, wrong, rcond=1e-12)[0]
         if np.linalg.norm(wrong) < _SHOT * 2 * np.pi:
             distance = np.linalg.norm(motion.weight * (state - motion.start)) / (2 * np.pi)
-            return Exact(point.frequency / period, float(distance))
+            return Exact(point.motion.frequency / period, float(distance))
         state, period = state + step[:size] / motion.weight, period + float(step[size])
         if np.linalg.norm(motion.weight * (state - motion.start)) > _FARTHEST * 2 * np.pi:
             break

@@ -15,26 +15,27 @@ import h5py
 import numpy as np
 
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.results import branch_file, journal
+from fenics_nnm.results import branch_file
 from fenics_nnm.results.staging import living_run
+from fenics_nnm.results.stored_point import ARRAYS
 
 #: Runs a study; each point that was stored is noted in a file of its own, and takes 50 ms.
 NOTING = """
 import json, sys, time
-import fenics_nnm.run
+import fenics_nnm.running.following
 from fenics_nnm.cli import main
 
-store = fenics_nnm.run._store
+store = fenics_nnm.running.following.store
 
 def noting(points, point):
     store(points, point)
-    arrays = [getattr(point, name).tolist() for name in ("q", "force", "free")]
-    line = json.dumps([point.gamma_ratio, point.frequency, point.energy, *arrays])
+    arrays = [getattr(point.motion, name).tolist() for name in ("q", "force", "free")]
+    line = json.dumps([point.gamma_ratio, point.motion.frequency, point.motion.energy, *arrays])
     with open("noted", "a") as file:
         file.write(line + chr(10))
     time.sleep(0.05)
 
-fenics_nnm.run._store = noting
+fenics_nnm.running.following.store = noting
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -63,8 +64,8 @@ def noted_points(folder: Path) -> list[list[Any]]:
 
 def numbers(point: BranchPoint) -> list[Any]:
     """Numbers of a point, as they are noted."""
-    arrays = [getattr(point, name).tolist() for name in ("q", "force", "free")]
-    return [point.gamma_ratio, point.frequency, point.energy, *arrays]
+    arrays = [getattr(point.motion, name).tolist() for name in ("q", "force", "free")]
+    return [point.gamma_ratio, point.motion.frequency, point.motion.energy, *arrays]
 
 
 def wait_for(condition: Callable[[], object], process: subprocess.Popen[Any]) -> None:
@@ -94,26 +95,26 @@ def assert_all_open(folder: Path) -> None:
             assert file.attrs["format"] == branch_file.FORMAT
     for path in folder.rglob("branch.points/*.npz"):
         with np.load(path) as arrays:
-            assert set(arrays) == {*journal.ARRAYS, "scalars"}
+            assert set(arrays) == {*ARRAYS, "scalars"}
 
 
 #: Forks a child for each run, after imports that take longer than it does, and says how it ended.
 FORKING = """
 import json, os, signal, sys, time
-import fenics_nnm.run
+import fenics_nnm.running.following
 from fenics_nnm.cli import main
 
-store = fenics_nnm.run._store
+store = fenics_nnm.running.following.store
 
 def noting(points, point):
     store(points, point)
-    arrays = [getattr(point, name).tolist() for name in ("q", "force", "free")]
-    line = json.dumps([point.gamma_ratio, point.frequency, point.energy, *arrays])
+    arrays = [getattr(point.motion, name).tolist() for name in ("q", "force", "free")]
+    line = json.dumps([point.gamma_ratio, point.motion.frequency, point.motion.energy, *arrays])
     for name, text in (("noted", line), ("moments", str(time.process_time()))):
         with open(name, "a") as file:
             file.write(text + chr(10))
 
-fenics_nnm.run._store = noting
+fenics_nnm.running.following.store = noting
 for line in sys.stdin:
     folder, moment, arguments = json.loads(line)
     child = os.fork()

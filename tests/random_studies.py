@@ -16,7 +16,7 @@ import numpy as np
 from conftest import toml
 from study_outcome import Examiner, Outcome
 
-from fenics_nnm.backbone.verdict import VERIFIED
+from fenics_nnm.backbone.point import VERIFIED
 
 Section = dict[str, Any]
 

@@ -73,3 +73,8 @@ def field_differences(one: Path, two: Path) -> dict[str, float]:
     if DIFFERENCE in largest:
         largest[DIFFERENCE] = max(largest[DIFFERENCE], largest[PEAK])
     return {array: difference[array] / (largest[array] or 1.0) for array in difference}
+
+
+def own_lines(ended: Ended) -> list[str]:
+    """Lines of the program among those of mpirun."""
+    return [line for line in ended.err.splitlines() if "fenics-nnm: " in line]

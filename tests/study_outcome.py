@@ -18,8 +18,8 @@ from typing import Any
 
 from independent_motion import Exact, TooLong, after_a_period, exact_motion
 
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import VERIFIED
+from fenics_nnm.backbone.point import VERIFIED, BranchPoint
+from fenics_nnm.backbone.point_numbers import return_error, shot_distance
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 
@@ -166,7 +166,7 @@ def _judged(folder: Path, end: str, seconds: float, message: str) -> Outcome:
     header, points = branch_file.read(folder / "branch.h5")
     faults = [*_faults_of_files(folder, end, message), *_faults_of_table(folder, points)]
     verified = [point for point in points if point.status == VERIFIED]
-    in_contact = [point for point in verified if point.contact_fraction > 0]
+    in_contact = [point for point in verified if point.motion.contact_fraction > 0]
     to_shoot = in_contact[:: max(1, len(in_contact) // _SHOT_POINTS)]
     seen = [_seen(header, point, shoot=any(point is one for one in to_shoot)) for point in verified]
     faults += [fault for witness in seen for fault in witness.faults]
@@ -199,20 +199,20 @@ def _seen(header: BranchHeader, point: BranchPoint, *, shoot: bool) -> _Witness:
     except TooLong:
         return _Witness(False, False, ())
     faults, exact = [], Exact()
-    same = abs(back.error - point.return_error) <= 0.01 * point.return_error + 1e-4
+    same = abs(back.error - return_error(point)) <= 0.01 * return_error(point) + 1e-4
     if not (same and back.error <= _RETURN and abs(back.late) <= _LATE):
         faults.append(
             f"gamma_ratio {point.gamma_ratio:.6g}, {VERIFIED}: misses its start by "
-            f"{back.error:.3g} ({point.return_error:.3g} in the table) and is nearest to it "
+            f"{back.error:.3g} ({return_error(point):.3g} in the table) and is nearest to it "
             f"{back.late:+.3g} of a period late"
         )
     if shoot and 'method = "none"' not in header.study:
         with contextlib.suppress(TooLong):
             exact = exact_motion(model, point, harmonics)
-    nearest = not exact.distance > 1.1 * point.shot_distance + 1e-3  # no other motion beyond it
-    if nearest and abs(exact.frequency / point.frequency - 1) > _FREQUENCY:
+    nearest = not exact.distance > 1.1 * shot_distance(point) + 1e-3  # no other motion beyond it
+    if nearest and abs(exact.frequency / point.motion.frequency - 1) > _FREQUENCY:
         faults.append(
-            f"gamma_ratio {point.gamma_ratio:.6g}, {VERIFIED}: {point.frequency:.9g} Hz, "
+            f"gamma_ratio {point.gamma_ratio:.6g}, {VERIFIED}: {point.motion.frequency:.9g} Hz, "
             f"and {exact.frequency:.9g} Hz by shooting"
         )
     return _Witness(True, nearest and math.isfinite(exact.frequency), tuple(faults))

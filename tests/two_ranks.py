@@ -112,7 +112,7 @@ def compare(name: str, folder: Path) -> None:
         _run(ranks, folder, "export", output, "--gamma", 1.0, "--output", f"{output}/export")
     one, two = folder / "one", folder / "two"
     frequencies = [
-        [point.frequency for point in branch_file.read(path / "branch.h5")[1]]
+        [point.motion.frequency for point in branch_file.read(path / "branch.h5")[1]]
         for path in (one, two)
     ]
     apart = max(abs(b / a - 1) for a, b in zip(*frequencies, strict=True))

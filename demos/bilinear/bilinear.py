@@ -39,12 +39,12 @@ def worst_error(harmonics: int) -> float:
     branch = follow(model, energies, HarmonicBalance(harmonics, 1024), mode=0)
     assert branch.complete
     errors = [
-        abs(point.frequency / exact_frequency(point.energy) - 1)
+        abs(point.motion.frequency / exact_frequency(point.motion.energy) - 1)
         for point in branch.points
-        if 1.02 <= point.energy / GRAZING_ENERGY <= 100
+        if 1.02 <= point.motion.energy / GRAZING_ENERGY <= 100
     ]
     assert len(errors) > 50
-    assert branch.points[-1].energy > 100 * GRAZING_ENERGY
+    assert branch.points[-1].motion.energy > 100 * GRAZING_ENERGY
     return max(errors)
 
 
@@ -78,10 +78,12 @@ def worst_automatic_error(tolerance: float) -> float:
     with tempfile.TemporaryDirectory() as folder:
         result = run_study(automatic_study(Path(folder), tolerance), "", Path(folder) / "results")
     points = result.branch.points
-    assert result.branch.complete and points[-1].energy > 100 * GRAZING_ENERGY
-    worst = max(points, key=lambda p: abs(p.frequency / exact_frequency(p.energy) - 1))
+    assert result.branch.complete and points[-1].motion.energy > 100 * GRAZING_ENERGY
+    worst = max(
+        points, key=lambda p: abs(p.motion.frequency / exact_frequency(p.motion.energy) - 1)
+    )
     error = abs(worst.frequency / exact_frequency(worst.energy) - 1)
-    print(f"| {tolerance:.0e} | {result.told} | {error:.1e} | {worst.gamma_ratio:g} |")
+    print(f"| {tolerance:.0e} | {result.message} | {error:.1e} | {worst.gamma_ratio:g} |")
     return error
 
 

@@ -35,7 +35,7 @@ class ContactLine:
 
     def at_samples(self, point: BranchPoint) -> Array:
         """Force over tributary area at the time samples in Pa, shape (s, n_c)."""
-        return point.force[:, self.order] / self.areas
+        return point.motion.force[:, self.order] / self.areas
 
     def acting(self, point: BranchPoint, series: Series, phase: Array) -> Array:
         """Pressure of the harmonics 0 to N, all that acts on the motion, (len(phase), n_c).

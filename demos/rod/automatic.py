@@ -42,8 +42,8 @@ def run(elements: int, degree: int, step: float, **more: Any) -> tuple[np.ndarra
     unmarked = np.array([point.status in TRUSTED for point in points])
     marked = error[~unmarked]
     print(
-        f"| {elements} {'linear' if degree == 1 else 'quadratic'} | {result.told} | {len(error)} "
-        f"| {len(marked)} | {f'{marked.max():.2%}' if len(marked) else ''} "
+        f"| {elements} {'linear' if degree == 1 else 'quadratic'} | {result.message} "
+        f"| {len(error)} | {len(marked)} | {f'{marked.max():.2%}' if len(marked) else ''} "
         f"| {error[unmarked].max():.2%} | {np.median(error[unmarked]):.2%} "
         f"| {len(result.branch.failures)} | {time.perf_counter() - begin:.0f} s |"
     )

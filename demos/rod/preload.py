@@ -20,8 +20,7 @@ import numpy as np
 from exact_rod import pressed_period
 from mpi4py import MPI
 
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import CONVERGED, VERIFIED
+from fenics_nnm.backbone.point import CONVERGED, VERIFIED, BranchPoint
 from fenics_nnm.structure.analysis import linear_analysis, nonlinear_mode
 from fenics_nnm.study import study_from
 
@@ -49,15 +48,15 @@ if __name__ == "__main__":
     for point in points(20, 10, 60.0):
         ratio = f"gamma ratio {point.gamma_ratio:4.1f}"
         if point.gamma_ratio <= 1:
-            error = point.frequency / held - 1
+            error = point.motion.frequency / held - 1
             before.append(abs(error))
             print(f"{ratio}: {error:+.1e} off the rod clamped at both ends")
             assert abs(error) < 1e-4 and point.status == VERIFIED
             continue
-        exact = SPEED / LENGTH / float(pressed_period(point.energy / ENERGY))
-        error = point.frequency / exact - 1
+        exact = SPEED / LENGTH / float(pressed_period(point.motion.energy / ENERGY))
+        error = point.motion.frequency / exact - 1
         print(
-            f"{ratio}: {point.frequency / held:.4f} of it, exact {exact / held:.4f}, "
+            f"{ratio}: {point.motion.frequency / held:.4f} of it, exact {exact / held:.4f}, "
             f"{error:+.1e} off  {point.status} {point.resonance}"
         )
         if point.status in (VERIFIED, CONVERGED):

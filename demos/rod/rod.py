@@ -19,7 +19,7 @@ from motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_tim
 from rich.console import Console
 
 from fenics_nnm.output.motion_measures import Standing, standing
-from fenics_nnm.output.pictures.backbone import plot_backbone
+from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
 from fenics_nnm.progress import progress
 from fenics_nnm.results.stored_branch import read_stored_branch
 from fenics_nnm.run import RunResult, run_study
@@ -61,8 +61,8 @@ for point in points:
         exact = float(frequency_ratio(point.gamma_ratio))
         error[point.gamma_ratio] = point.frequency_ratio / exact - 1
         print(
-            f"| {point.gamma_ratio:.1f} | {point.frequency:.2f} "
-            f"| {exact * points[0].frequency:.2f} | {error[point.gamma_ratio]:+.3%} |"
+            f"| {point.gamma_ratio:.1f} | {point.motion.frequency:.2f} "
+            f"| {exact * points[0].motion.frequency:.2f} | {error[point.gamma_ratio]:+.3%} |"
         )
 within = sum(abs(value) < 5e-3 for value in error.values())
 print(f"\nwithin 0.5 % of the exact frequency at {within} of {len(wanted)} energies")
@@ -100,7 +100,7 @@ plot_backbone(
     RESULTS / "backbone_exact.png",
     points,
     title="Rod against a rigid obstacle: 100 quadratic elements, 40 modes, 20 harmonics",
-    linear_frequency=linear,
+    linear=LinearMode(linear),
     failures=fine.summary["failures"],
     curves={"exact": (gamma, frequency_ratio(gamma) * linear)},
 )
@@ -152,8 +152,8 @@ for name, branch in branches.items():
     maps = []
     for ratio in (0.7, 1.8):
         point = branch.point(ratio)
-        label = f"gamma ratio {ratio:g}: {point.frequency:.1f} Hz"
-        label += f"\n(Rayleigh {point.rayleigh_frequency:.1f} Hz), {point.status}"
+        label = f"gamma ratio {ratio:g}: {point.motion.frequency:.1f} Hz"
+        label += f"\n(Rayleigh {point.motion.rayleigh_frequency:.1f} Hz), {point.status}"
         maps.append(space_time(branch, point, name=label))
     low, high = map(how_standing, maps)
     travelling[name] = high.travelling_ratio

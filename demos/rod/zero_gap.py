@@ -50,9 +50,9 @@ def motions(
     study = study_from(values, FINE)
     points = nonlinear_mode(study, linear_analysis(study, MPI.COMM_SELF)).points
     weight = harmonic_balance(study).series.weight
-    forces = [float(weight @ point.force.sum(axis=1)) for point in points]
+    forces = [float(weight @ point.motion.force.sum(axis=1)) for point in points]
     return points, [
-        point.energy * YOUNG * AREA / (4.5 * LENGTH * force**2)
+        point.motion.energy * YOUNG * AREA / (4.5 * LENGTH * force**2)
         for point, force in zip(points, forces, strict=True)
     ]
 
@@ -63,9 +63,11 @@ if __name__ == "__main__":
 
     # %%
     points, _ = motions(12, 8, {"from": 0.1, "to": 10.0, "step": 1.1})
-    frequencies = np.array([point.frequency for point in points])
+    frequencies = np.array([point.motion.frequency for point in points])
     change = np.ptp(frequencies) / EXACT
-    apart = max(abs(point.rayleigh_frequency / point.frequency - 1) for point in points)
+    apart = max(
+        abs(point.motion.rayleigh_frequency / point.motion.frequency - 1) for point in points
+    )
     print(
         f"docs: zero_gap\nFrom gamma ratio 0.1 to 10 the frequency changes by {change:.1e}, and "
         f"differs from the Rayleigh frequency by {apart:.1e}.\n"
@@ -81,17 +83,18 @@ if __name__ == "__main__":
     errors = []
     for modes, harmonics in ((3, 3), (8, 5), (12, 8), (20, 10), (40, 20)):
         points, energies = motions(modes, harmonics, ONE)
-        errors.append(abs(points[0].frequency / EXACT - 1))
-        print(f"| {modes}, {harmonics} | {errors[-1]:.1e} | {3 * points[0].contact_fraction:.3f} |")
+        errors.append(abs(points[0].motion.frequency / EXACT - 1))
+        contact = 3 * points[0].motion.contact_fraction
+        print(f"| {modes}, {harmonics} | {errors[-1]:.1e} | {contact:.3f} |")
     print(f"\nenergy {energies[0]:.2f} of that of a bounce")
     assert all(finer < coarser for coarser, finer in pairwise(errors))
     assert errors[-1] < 5e-7 and energies[0] >= 1
-    assert abs(3 * points[0].contact_fraction - 1) < 3 / 512
+    assert abs(3 * points[0].motion.contact_fraction - 1) < 3 / 512
 
     print("docs: zero_gap_elements\n| linear elements (J = 12, N = 8) | error |\n|---|---|")
     errors = []
     for elements in (20, 40, 80, 160):
         points, _ = motions(12, 8, ONE, elements=elements, degree=1)
-        errors.append(abs(points[0].frequency / EXACT - 1))
+        errors.append(abs(points[0].motion.frequency / EXACT - 1))
         print(f"| {elements} | {errors[-1]:.1e} |")
     assert errors[1] < errors[0] / 3

@@ -48,11 +48,12 @@ def branch(chosen: Study) -> Branch:
 
 def beyond_grazing(reduced: Branch, full: Branch) -> Iterator[tuple[float, float, float, float]]:
     """Gamma ratio, error of the frequency, its prediction and the residual."""
-    exact = {point.gamma_ratio: point.frequency for point in full.points}
+    exact = {point.gamma_ratio: point.motion.frequency for point in full.points}
     for point in reduced.points:
         if point.gamma_ratio > 1.01 and point.gamma_ratio in exact:
-            error = point.frequency / exact[point.gamma_ratio] - 1
-            yield point.gamma_ratio, error, point.reduction_error, point.reduction_residual
+            error = point.motion.frequency / exact[point.gamma_ratio] - 1
+            expected = point.expected.reduction
+            yield point.gamma_ratio, error, expected.frequency, expected.residual
 
 
 def compare(name: str, reduced: Branch, full: Branch) -> float:

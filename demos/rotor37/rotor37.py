@@ -41,7 +41,9 @@ print(
 # %%
 blade = read_stored_branch(RESULTS / "branch.h5")
 axial = blade.contact_points[:, 0]
-touching = next(point for point in points if point.force.max() > 1e-6 * points[-1].force.max())
+touching = next(
+    point for point in points if point.motion.force.max() > 1e-6 * points[-1].motion.force.max()
+)
 first = int(np.argmax(touching.force.max(axis=0)))
 chord_position = (axial[first] - axial.min()) / np.ptp(axial)
 print(f"contact begins at {chord_position:.0%} of the axial chord (0 % is the leading edge)")
@@ -52,12 +54,12 @@ assert min(chord_position, 1 - chord_position) < 0.05
 
 # %%
 for point in points:
-    count = np.count_nonzero(point.force.max(axis=0))
+    count = np.count_nonzero(point.motion.force.max(axis=0))
     print(
-        f"gamma ratio {point.gamma_ratio:.2f}: {point.frequency:.2f} Hz, in contact "
-        f"{point.contact_fraction:.0%} of the period, at {count} points"
+        f"gamma ratio {point.gamma_ratio:.2f}: {point.motion.frequency:.2f} Hz, in contact "
+        f"{point.motion.contact_fraction:.0%} of the period, at {count} points"
     )
-contacting = [point.frequency for point in points if point.gamma_ratio >= 1]
+contacting = [point.motion.frequency for point in points if point.gamma_ratio >= 1]
 assert np.all(np.diff(contacting) > 0)
 assert result.branch.complete
 
@@ -79,7 +81,7 @@ ENERGIES = (0.7, 1.8, 3.0)
 shares, amplitudes, turns = {}, {}, {}
 for ratio in ENERGIES:
     point = blade.point(ratio)
-    shares[ratio] = kinetic_shares(blade.series, point.q)[torsion]
+    shares[ratio] = kinetic_shares(blade.series, point.motion.q)[torsion]
     phase = np.linspace(0, np.pi, 181)
     largest = np.linalg.norm(blade.displacement(point, phase), axis=2).max(axis=1).argmax()
     for instant in {0, int(largest)}:
@@ -120,7 +122,8 @@ for ratio in ENERGIES:
     name = f"gamma ratio {ratio:g}"
     whole.append(
         Shape(
-            f"{name}: {point.frequency:.2f} Hz\n(Rayleigh {point.rayleigh_frequency:.2f} Hz)",
+            f"{name}: {point.motion.frequency:.2f} Hz\n"
+            f"(Rayleigh {point.motion.rayleigh_frequency:.2f} Hz)",
             displacement,
         )
     )

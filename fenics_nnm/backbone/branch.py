@@ -49,18 +49,18 @@ class Branch:
     @property
     def encounters(self) -> tuple[Encounter, ...]:
         """Internal resonances that were entered or skipped, by their frequency."""
-        names = {name for p in self.points for name in (p.resonance, p.skipped) if name}
+        names = {name for p in self.points for name in (p.resonance, p.notes.skipped) if name}
         found = []
         for name in names:
             entered = [p for p in self.points if p.resonance == name]
-            skipped = [p for p in self.points if p.skipped == name and p.resonance != name]
+            skipped = [p for p in self.points if p.notes.skipped == name and p.resonance != name]
             both = [*entered, *skipped]
             found.append(
                 Encounter(
                     name=name,
                     entered=tuple(p.gamma_ratio for p in entered),
                     skipped=tuple(p.gamma_ratio for p in skipped),
-                    frequency=sum(p.frequency for p in both) / len(both),
+                    frequency=sum(p.motion.frequency for p in both) / len(both),
                 )
             )
         return tuple(sorted(found, key=lambda encounter: encounter.frequency))

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint, FloquetStability, Orbit, Return
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.time_domain.bifurcations import Witness
 from fenics_nnm.time_domain.family import Steps
-from fenics_nnm.time_domain.flow import Flow
-from fenics_nnm.time_domain.shooting import Shooting, ShotMotion, shoot
-from fenics_nnm.time_domain.stability import STABLE, stability
+from fenics_nnm.time_domain.integrator import Integrator
+from fenics_nnm.time_domain.shooting import OrbitGuess, Shooting, ShotMotion, shoot
+from fenics_nnm.time_domain.stability import STABLE, Stability, stability
 
 #: No walk along a family: a point that is not near a true motion of its energy stays without one.
 _DIRECT = Shooting(steps=Steps(walk=0))
@@ -23,52 +23,69 @@ _NEAR = 0.05
 _SHORT_WALK = Shooting(steps=Steps(walk=20))
 
 
-def certified(flow: Flow, series: Series, point: BranchPoint) -> tuple[BranchPoint, Witness | None]:
-    """A point with the shot motion of its energy and the stability of that; and this motion.
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What shooting found near a point.
 
-    Args:
-        flow: Flow of the model that the point belongs to, in SI units.
-        series: Series that the point is written in.
-        point: Point with its return error; where no motion is found, its `reason` becomes why.
+    Attributes:
+        orbit: The exact motion of its energy, if one was found.
+        stability: Stability of that, if it is known.
+        witness: The same motion with its multipliers, to find bifurcations with.
+        failure: Why no exact motion was found; empty if one was, or none was looked for.
     """
-    shot = shot_motion(flow, series, point)
-    if not shot.converged:
-        why = f"no exact motion of its energy nearby: {shot.failure}"
-        return replace(point, reason=why), None
-    found = stability(flow, shot, reversible=not series.free_phase)
-    certain = replace(
-        point,
-        shot_frequency=shot.frequency,
-        shot_distance=shot.distance,
-        shot_return_error=shot.return_error,
-        largest_multiplier=found.largest,
-        stability="" if found.failure else found.kind or STABLE,
-        multipliers=found.multipliers,
-    )
-    return certain, None if found.failure else Witness(point.gamma_ratio, shot, found)
+
+    orbit: Orbit | None = None
+    stability: FloquetStability | None = None
+    witness: Witness | None = None
+    failure: str = ""
 
 
-def shot_motion(flow: Flow, series: Series, point: BranchPoint) -> ShotMotion:
-    """The motion of the energy of a point, by Newton's iteration, or also by a short walk."""
-    near = point.return_error <= _NEAR
-    return shoot(flow, series, point, options=_SHORT_WALK if near else _DIRECT)
+#: Where no exact motion was looked for.
+NO_CERTIFICATE = Certificate()
 
 
-def of_linear_mode(point: BranchPoint, others: Array) -> BranchPoint:
-    """A point without contact: the linear mode itself is its exact motion, and stable.
+def certified(
+    flow: Integrator, series: Series, point: BranchPoint, returned: Return
+) -> Certificate:
+    """The shot motion of the energy of a point, and its stability.
 
     Args:
-        point: The point.
+        flow: Integrator of the model that the point belongs to, in SI units.
+        series: Series that the point is written in.
+        point: Point.
+        returned: How it comes back in time.
+    """
+    shot = shot_motion(flow, series, point, returned)
+    if not shot.converged:
+        return Certificate(failure=f"no exact motion of its energy nearby: {shot.failure}")
+    found = stability(flow, shot, reversible=not series.free_phase)
+    orbit = Orbit(shot.frequency, shot.distance, shot.return_error)
+    if found.failure:
+        return Certificate(orbit)
+    return Certificate(orbit, _summary(found), Witness(point.gamma_ratio, shot, found))
+
+
+def shot_motion(
+    flow: Integrator, series: Series, point: BranchPoint, returned: Return
+) -> ShotMotion:
+    """The motion of the energy of a point, by Newton's iteration, or also by a short walk."""
+    guess = OrbitGuess.of(series, point.motion)
+    near = returned.after_one <= _NEAR
+    return shoot(flow, guess, options=_SHORT_WALK if near else _DIRECT)
+
+
+def of_linear_mode(frequency: float, others: Array) -> tuple[Orbit, FloquetStability]:
+    """The exact motion of a point without contact, which is the linear mode itself, and stable.
+
+    Args:
+        frequency: Frequency of the point in Hz.
         others: Circular frequencies in rad/s of the other linear modes, shape (J - 1,): over the
             period T their phases turn by omega_j T, so exp(+-i omega_j T) are the multipliers.
     """
-    turns = np.exp(1j * others / point.frequency)
-    return replace(
-        point,
-        shot_frequency=point.frequency,
-        shot_distance=0.0,
-        shot_return_error=0.0,
-        largest_multiplier=1.0,
-        stability=STABLE,
-        multipliers=np.concatenate([turns, turns.conj()]),
-    )
+    turns = np.exp(1j * others / frequency)
+    multipliers = np.concatenate([turns, turns.conj()])
+    return Orbit(frequency, 0.0, 0.0), FloquetStability(STABLE, 1.0, multipliers)
+
+
+def _summary(found: Stability) -> FloquetStability:
+    return FloquetStability(found.kind or STABLE, found.largest, found.multipliers)

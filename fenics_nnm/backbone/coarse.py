@@ -6,10 +6,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fenics_nnm.backbone.levels import Guess, Level
+from fenics_nnm.backbone.level_solver import Guess
+from fenics_nnm.backbone.levels import Level
 from fenics_nnm.backbone.memory import forget_oldest
 from fenics_nnm.mechanics.contact_law import Complementarity
-from fenics_nnm.nonlinear.newton import Newton, Solution
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.solution import Solution
 
 #: gamma of a linear motion of unit amplitude about the state of rest: m^ = 1/2, so gamma = 1/4.
 GRAZING_GAMMA = 0.25
@@ -69,7 +72,7 @@ class CoarseBranch:
 
     def _solved(self, guess: Guess, gamma_ratio: float) -> Solution | None:
         try:
-            found = self.level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+            found = self.level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
         except np.linalg.LinAlgError:
             return None
         followed = found.converged and self.level.share(found.q, self.mode) >= self.smallest_share
@@ -82,7 +85,7 @@ class CoarseBranch:
         q[1] = np.sqrt(gamma_ratio) * rest.shapes[:, self._column]
         force = np.tile(rest.force, (len(level.equations.series.phase), 1))
         guess = Guess(q, float(rest.omega[self._column]), force)
-        return level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+        return level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
 
     def _touching_start(self) -> Solution:
         """The motion at gamma ratio 1 where points touch at rest.
@@ -91,8 +94,8 @@ class CoarseBranch:
         """
         found = self._linear_start(_opened(self.level, 1.5), 1.0)
         for part in _OPENED:
-            guess = Guess(found.q, found.omega, found.forces.force)
-            found = _opened(self.level, part).solve(GRAZING_GAMMA, guess, self.newton)
+            opened = _opened(self.level, part)
+            found = opened.at_energy(GRAZING_GAMMA, Guess.of(found), self.newton)
         return found
 
 
@@ -101,5 +104,6 @@ def _opened(level: Level, part: float) -> Level:
     equations = level.equations
     rest, model = equations.rest, equations.model
     gap = np.where(rest.touching, model.gap + part * rest.scale, model.gap)
-    opened = replace(equations, model=replace(model, gap=gap), law=Complementarity(model.R, gap))
+    law = Complementarity(model.R, gap)
+    opened = harmonic_equations(replace(model, gap=gap), equations.series, law)
     return replace(level, equations=opened)

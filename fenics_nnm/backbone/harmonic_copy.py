@@ -14,11 +14,11 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_nnm.arrays import Indices
-from fenics_nnm.continuation.arc_length import evaluated
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import Solution, Unknowns
+from fenics_nnm.nonlinear.solution import Solution, evaluated
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 
 def copy_equations(equations: HarmonicEquations, k: int) -> HarmonicEquations:
@@ -57,7 +57,7 @@ def harmonic_copy(
     sign = np.where(order % 2, -1.0, 1.0) if later else np.ones(len(order))
     q = np.zeros(longer.shape)
     q[_rows(longer.series, order * k)] = sign[:, None] * solution.q
-    return longer, evaluated(longer, Unknowns(q, solution.omega / k))
+    return longer, evaluated(longer, Unknowns.of(q, solution.omega / k))
 
 
 def linear_motion(
@@ -89,7 +89,7 @@ def linear_motion(
     q = np.zeros(equations.shape)
     q[0] = rest.q
     q[harmonic] = amplitude * rest.amplitude(mode) * rest.shapes[:, mode]
-    return evaluated(equations, Unknowns(q, float(rest.omega[mode]) / harmonic))
+    return evaluated(equations, Unknowns.of(q, float(rest.omega[mode]) / harmonic))
 
 
 def _rows(series: Series, numbers: Indices) -> Indices:

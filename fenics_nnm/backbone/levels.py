@@ -7,28 +7,28 @@ further level adds modes and harmonics and starts from the solution of the level
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.backbone.level_solver import (
+    ComplementarySolver,
+    Guess,
+    LevelSolver,
+    MultiplierSolver,
+)
+from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
 from fenics_nnm.mechanics.rest import RestState
-from fenics_nnm.nonlinear.augmented_lagrangian import (
-    MultiplierLoop,
-    solve_with_multipliers,
-)
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.full_order_solver import (
-    FlexibilitySource,
-    Solver,
-    full_order_solution,
-)
-from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
+from fenics_nnm.nonlinear.conditions import Condition
+from fenics_nnm.nonlinear.equations import HarmonicEquations, harmonic_equations
+from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.solution import Solution
 
 #: Modes and harmonics of the levels; the last one is what the study asks for.
 LADDER = ((1, 2), (2, 2), (3, 3), (6, 4), (8, 5), (12, 8), (20, 10), (30, 15), (40, 20), (80, 40))
@@ -62,65 +62,42 @@ class HarmonicBalance:
 
 
 @dataclass(frozen=True, slots=True)
-class Guess:
-    """Where an iteration starts: motion (N + 1, J), frequency, contact forces (s, n_c)."""
-
-    q: Array
-    omega: float
-    force: Array
-
-
-@dataclass(frozen=True, slots=True)
 class Level:
     """Harmonic equations on some of the modes of the full reduced model.
 
     Attributes:
         equations: Equations at this truncation.
+        solver: How they are solved.
         modes: Indices of its modes about the state of rest, ascending.
         shapes: Its coordinates in those of the full model, orthonormal columns, shape (J, k).
         rest: Coordinates of the full model at rest, shape (J,).
-        multipliers: How contact is found where the points carry mass, else None.
-        flexibility: What the full model adds to these modes at full order, else None.
     """
 
     equations: HarmonicEquations
+    solver: LevelSolver
     modes: Indices
     shapes: Array
     rest: Array
-    multipliers: MultiplierLoop | None = None
-    flexibility: FlexibilitySource | None = None
 
-    @property
-    def complementary(self) -> bool:
-        """Whether contact is found by complementarity alone, on a reduced model."""
-        return self.multipliers is None and self.flexibility is None
+    def at_energy(self, gamma: float, guess: Guess, newton: Newton) -> Solution:
+        """Motion of given gamma."""
+        return self.solver.at_energy(self.equations, guess, gamma=gamma, newton=newton)
 
-    def solve(self, gamma: float, guess: Guess, newton: Newton) -> Solution:
-        """Motion of given gamma, by the method that the model asks for."""
-        loop = self.multipliers
-        if loop is None:
-            return self.constrained(FixedEnergy(gamma), guess, newton)
+    def at_condition(self, condition: Condition, guess: Guess, newton: Newton) -> Solution:
+        """Motion that a condition picks.
 
-        def solved(equations: Equations, q: Array, omega: float, force: Array) -> Solution:
-            return solve_with_multipliers(
-                equations, gamma, q, omega, force, loop=loop, newton=newton
-            )
+        Raises:
+            ModelError: if contact points carry mass.
+        """
+        return self.solver.at_condition(self.equations, guess, condition=condition, newton=newton)
 
-        return self._solved(solved, guess)
+    def problem(self, newton: Newton) -> Problem:
+        """Its equations about any frequency, for continuation by arc-length.
 
-    def constrained(self, constraint: Constraint, guess: Guess, newton: Newton) -> Solution:
-        """Motion that a constraint picks; for contact points without mass."""
-
-        def solved(equations: Equations, q: Array, omega: float, force: Array) -> Solution:
-            return solve(equations, constraint, q, omega, options=newton)
-
-        return self._solved(solved, guess)
-
-    def _solved(self, solver: Solver, guess: Guess) -> Solution:
-        start = (guess.q, guess.omega, guess.force)
-        if self.flexibility is None:
-            return solver(self.equations, *start)
-        return full_order_solution(self.equations, self.flexibility, solver, *start)
+        Raises:
+            ModelError: if contact points carry mass.
+        """
+        return self.solver.problem(self.equations, newton)
 
     def restricted(self, q: Array) -> Array:
         """Coefficients of this level from coefficients over all modes."""
@@ -136,9 +113,13 @@ class Level:
         extended[0] += self.rest
         return extended
 
+    def adopted(self, other: Level, q: Array) -> Array:
+        """Coefficients of this level from those of another one."""
+        return self.restricted(other.extended(q))
+
     def scaled(self, solution: Solution, factor: float) -> Guess:
         """A solution at another energy: the same shape at `factor` times gamma."""
-        q = self.equations.scaled(solution.q, float(np.sqrt(factor)))
+        q = self.equations.rest.scaled(solution.q, float(np.sqrt(factor)))
         return Guess(q, solution.omega, solution.forces.force)
 
     def share(self, q: Array, mode: int) -> float:
@@ -149,13 +130,7 @@ class Level:
         return float(kinetic[series.order == 1, column].sum() / kinetic.sum())
 
 
-def levels(
-    model: ReducedModel,
-    balance: HarmonicBalance,
-    *,
-    mode: int,
-    flexibility: FlexibilitySource | None = None,
-) -> tuple[Level, ...]:
+def levels(model: ReducedModel, balance: HarmonicBalance, *, mode: int) -> tuple[Level, ...]:
     """Levels from the followed mode alone to all modes and harmonics of the study.
 
     Args:
@@ -163,8 +138,6 @@ def levels(
         balance: Series and multipliers of the finest level. The levels below have R > 0 from the
             modes that they leave out, and use complementarity.
         mode: Index of the followed mode, from 0. It is part of every level.
-        flexibility: Makes a last level of full order, massless boundary or, with multipliers,
-            mass-carrying.
     """
     sizes = [size for size in LADDER if size[0] < model.modes or size[1] < balance.harmonics]
     clipped = [(min(J, model.modes), min(N, balance.harmonics)) for J, N in sizes]
@@ -173,34 +146,8 @@ def levels(
     every = [
         _level(model, rest, _part(model, mode, J), balance.truncated(N), loop) for J, N in distinct
     ]
-    reduced = tuple(
-        level for level in every if len(level.modes) == model.modes or level.multipliers is None
-    )
-    if flexibility is None:
-        return reduced
-    return (*reduced, _full_order(reduced[-1], flexibility, balance))
-
-
-def contact_model(
-    model: ReducedModel, balance: HarmonicBalance, *, full_order: bool
-) -> ReducedModel:
-    """The model that contact obeys: at full order with multipliers, R is part of R(s)."""
-    if full_order and balance.multipliers is not None:
-        return replace(model, R=np.zeros_like(model.R))
-    return model
-
-
-def _full_order(finest: Level, flexibility: FlexibilitySource, balance: HarmonicBalance) -> Level:
-    """Full order on the modes of the finest reduced level."""
-    if balance.multipliers is None:
-        return replace(finest, flexibility=flexibility)
-    model = finest.equations.model
-    obeyed = contact_model(model, balance, full_order=True)
-    return replace(
-        finest,
-        equations=replace(finest.equations, model=obeyed),
-        multipliers=balance.multipliers,
-        flexibility=lambda omega: flexibility(omega).with_static(model.R),
+    return tuple(
+        level for level in every if len(level.modes) == model.modes or level.solver.reduced
     )
 
 
@@ -214,7 +161,8 @@ def _level(
 ) -> Level:
     part, shapes = model.spanned_by(rest, chosen)
     if part.massless:
-        law = Complementarity(part.R, part.gap)
-        return Level(HarmonicEquations(part, series, law), chosen, shapes, rest.q)
+        equations = harmonic_equations(part, series, Complementarity(part.R, part.gap))
+        return Level(equations, ComplementarySolver(), chosen, shapes, rest.q)
     open_gap = AugmentedLagrangian(part.gap, np.zeros(1), np.zeros(1))
-    return Level(HarmonicEquations(part, series, open_gap), chosen, shapes, rest.q, loop)
+    equations = harmonic_equations(part, series, open_gap)
+    return Level(equations, MultiplierSolver(loop), chosen, shapes, rest.q)

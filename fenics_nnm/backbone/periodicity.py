@@ -7,63 +7,61 @@ that is resolved comes back after a period, one that is not misses.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point import Return
 from fenics_nnm.mechanics.fourier import Series
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.mechanics.motion import Motion
+from fenics_nnm.time_domain.integrator import Integrator
 
 #: Periods that a motion is followed for.
 PERIODS = 10
 
+_NAN = float("nan")
+
 
 @dataclass(frozen=True, slots=True)
-class Return:
-    """How a motion comes back to where it started.
-
-    Distances are relative in the energy norm: 1 is as far away as the amplitude.
+class Followed:
+    """What became of a motion that was integrated in time.
 
     Attributes:
-        after_one: Distance of the state after one period from its start; nan if given up before.
-        after_ten: The same after ten periods. On an unstable motion it grows by the multipliers.
-        energy_drift: Largest relative change of the energy in ten periods: what the integration
-            itself does wrong.
-        start_energy: Energy of the state at the start over that of the point, less 1.
-        failure: Empty, or why the ten periods were not followed to their end.
+        returned: How it comes back; None if that was given up within the first period.
+        start_energy: Energy of the state at the start over that of the motion, less 1; nan if the
+            ten periods were not followed to their end.
+        failure: Empty, or why they were not.
     """
 
-    after_one: float
-    after_ten: float
-    energy_drift: float
+    returned: Return | None
     start_energy: float
     failure: str = ""
 
 
-#: Of motions that cannot be followed.
-UNKNOWN_RETURN = Return(float("nan"), float("nan"), float("nan"), float("nan"))
+#: Of motions that cannot be followed, as contact points carry mass.
+NOT_FOLLOWED = Followed(None, _NAN)
 
 
-def returned(flow: Flow, series: Series, point: BranchPoint) -> Return:
-    """Follow a point from its initial state, exactly from one change of contact to the next.
+def followed(flow: Integrator, series: Series, motion: Motion) -> Followed:
+    """Follow a motion from its initial state, exactly from one change of contact to the next.
 
     Args:
-        flow: Flow of the model that the point belongs to, in SI units.
-        series: Series that the point is written in.
-        point: Point.
+        flow: Integrator of the model that the motion belongs to, in SI units.
+        series: Series that the motion is written in.
+        motion: Motion.
     """
     position, rate = series.basis_at(np.zeros(1))[0], series.rate_at(np.zeros(1))[0]
-    q, velocity = position @ point.q, 2 * np.pi * point.frequency * rate @ point.q
-    times = np.arange(1, PERIODS + 1) / point.frequency
+    q, velocity = position @ motion.q, 2 * np.pi * motion.frequency * rate @ motion.q
+    times = np.arange(1, PERIODS + 1) / motion.frequency
     after = flow.run(q, velocity, times[-1], times=times[:-1])
     states = np.vstack([after.q_at, after.q]), np.vstack([after.velocity_at, after.velocity])
     missed = np.hypot(flow.model.omega * (states[0] - q), states[1] - velocity)
-    misses = np.linalg.norm(missed, axis=1) / np.sqrt(2 * point.energy)
+    misses = np.linalg.norm(missed, axis=1) / np.sqrt(2 * motion.energy)
     first = float(misses[0])
     if after.failure:
-        return replace(UNKNOWN_RETURN, after_one=first, failure=after.failure)
+        returned = None if np.isnan(first) else Return(first, _NAN, _NAN)
+        return Followed(returned, _NAN, after.failure)
     energy = flow.energy(q, velocity)
     energies = np.array([flow.energy(*state) for state in zip(*states, strict=True)])
     drift = float(np.abs(energies / energy - 1).max())
-    return Return(first, float(misses[-1]), drift, energy / point.energy - 1)
+    return Followed(Return(first, float(misses[-1]), drift), energy / motion.energy - 1)

@@ -1,38 +1,36 @@
-"""A converged point of a branch in physical units, with the proof that it carries."""
+"""A converged point of a branch, in parts: what is known of it, each in physical units.
+
+A part that is not known is None. The continuation makes a point with its motion and what harmonic
+balance itself says of it; judging it (see `backbone.verdict`) makes a new point of that, with what
+integration in time says.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
-from fenics_nnm.arrays import Array, Complex
-from fenics_nnm.mechanics.contact_law import ContactForces
-from fenics_nnm.mechanics.model import Scales
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.arrays import Complex
+from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.nonlinear.reduction_error import ReductionError
 from fenics_nnm.nonlinear.series_error import SeriesError
 
-#: The penetration is sought on a time grid finer than the samples by this factor.
-_FINER = 8
+#: Names of the parameters of a branch.
+GAMMA_RATIO, FREQUENCY_RATIO = "gamma_ratio", "frequency_ratio"
+
+#: Status of a point, from the best to the worst.
+VERIFIED = "verified"
+CONVERGED = "converged"
+RESONANT = "inside resonance"
+FAILED = "failed"
+STATUSES = (VERIFIED, CONVERGED, RESONANT, FAILED)
 
 
 @dataclass(frozen=True, slots=True)
-class BranchPoint:
-    """A periodic motion of the branch.
+class Balance:
+    """How well a motion solves the discrete equations, and keeps to what they stand for.
 
     Attributes:
-        position: Place along the branch, by which points are ordered: what is stepped, so the
-            gamma ratio, the frequency ratio, or the length of the arc from the first point.
-        gamma_ratio: Modal energy coordinate over its value where the linear motion about the state
-            of rest ends: at grazing, or where a closed point lifts off.
-        frequency: Physical frequency in Hz.
-        frequency_ratio: Frequency over that of the linear mode, times the harmonic it began in.
-        rayleigh_frequency: sqrt(r) / 2 pi in Hz, the paper's quantity; it is not the frequency
-            once there is a gap.
-        energy: Total energy in J, from the state of rest.
         residual: Relative residual of the harmonic equations.
         penetration: Largest penetration between the samples in m, the contact forces
             taken linear between them.
@@ -42,213 +40,179 @@ class BranchPoint:
             where Signorini's conditions hold; S is the static flexibility.
         complementarity: Largest |lambda (w - gap)| at the samples over max lambda times the unit
             of length: the smallest gap if that is positive, else the motion at gamma ratio 1.
-        reduction_residual: Residual of the motion in the full-order harmonic equations, in the
-            norm of K^-1, over the square root of k^; 0 at full order, nan if unknown.
-        reduction_error: Relative error of the frequency that is expected of the reduction.
-        virial_error: Relative error of omega^2 m^ = k^ + virial, see `nonlinear.mode.Energies`.
+        virial_error: Relative error of omega^2 m^ = k^ + virial, see `nonlinear.energies`.
         energy_variation: Largest less smallest total energy at the samples, over its mean; the
             energy of a motion in time is constant.
-        contact_fraction: Share of the period with contact somewhere.
-        iterations: Newton steps at the finest level.
-        status: What may be believed: "verified", "converged", "inside resonance" or "failed", see
-            `time_domain.verdict`. All points solve the discrete equations.
-        reason: Why the point is not verified; empty if it is.
-        resonance: Mode and harmonic of an internal resonance, or nothing.
-        skipped: Mode and harmonic of an internal resonance that hid the main branch at this
-            place, and was left; or nothing.
-        slope_ratio: d omega / d gamma over that of the followed mode alone; below 0.1 the
-            frequency stands still while energy flows into other modes. nan below grazing, and
-            where it is not known.
-        event: What the branch does there, found by its length: "fold in gamma", "fold in omega",
-            "branch point", or nothing.
-        return_error: Distance of the state after one period of time integration from its start,
-            relative in the energy norm; nan before it is known, or where it is not defined.
-        return_error_10: The same after ten periods.
-        energy_drift: Largest relative change of the energy in these ten periods, by rounding.
-        shot_frequency: Frequency in Hz of the periodic motion of the same energy that shooting
-            finds nearby, exact in time; nan if none was found, or looked for.
-        shot_distance: Distance of its state from that of the point, relative in the energy norm.
-        shot_return_error: Its own return error.
-        largest_multiplier: Largest modulus of its Floquet multipliers: 1 if it is stable.
-        stability: "stable", or the kind of instability of the largest one, see
-            `time_domain.stability`; empty if not known.
-        harmonics_error: Relative error of the frequency that is expected of N harmonics; nan where
-            contact points carry mass.
-        samples_error: The same of m samples.
-        error_remainder: Defect that the linearised step behind these two leaves over the one it
-            begins with: they are orders of magnitude above 1/2.
-        q: Harmonics of the modal coordinates in kg^1/2 m, shape (N + 1, J), or (2 N + 1, J) for a
-            general series: cosines, then sines.
-        force: Contact forces in N at the samples of the series: of the first half period, shape
-            (m // 2 + 1, n_c), or of all of it, shape (m, n_c), for a general series.
-        free: Harmonics of the free displacement of the contact points in m, shape (N + 1, n_c), or
-            (2 N + 1, n_c): they move by this less R lambda.
-        multipliers: Floquet multipliers of the motion that shooting finds, besides the two that are
-            1, by falling modulus, shape (2 J - 2,); empty where they are not known.
     """
 
-    position: float
-    gamma_ratio: float
-    frequency: float
-    frequency_ratio: float
-    rayleigh_frequency: float
-    energy: float
     residual: float
     penetration: float
     tension: float
     complementarity: float
-    reduction_residual: float
-    reduction_error: float
     virial_error: float
     energy_variation: float
-    contact_fraction: float
+
+
+@dataclass(frozen=True, slots=True)
+class ExpectedErrors:
+    """Errors of the frequency that are expected of the discretisation.
+
+    Attributes:
+        reduction: Of the reduction; 0 at full order, None where nothing is known of what the
+            model leaves out.
+        series: Of the series in time; None where contact points carry mass, and where the finer
+            equations are too large or singular.
+    """
+
+    reduction: ReductionError | None
+    series: SeriesError | None
+
+
+@dataclass(frozen=True, slots=True)
+class ContinuationNotes:
+    """What the continuation noted when it found a point.
+
+    Attributes:
+        iterations: Newton steps at the finest level.
+        slope_ratio: d omega / d gamma over that of the followed mode alone; below 0.1 the
+            frequency stands still while energy flows into other modes. nan below grazing, and
+            where it is not defined.
+        skipped: Mode and harmonic of an internal resonance that hid the main branch here, and was
+            left; or nothing.
+        event: What the branch does here, found by its length: "fold in gamma", "fold in omega",
+            "branch point", or nothing.
+    """
+
     iterations: int
-    status: str
-    reason: str
-    resonance: str
-    skipped: str
-    event: str
     slope_ratio: float
-    return_error: float
-    return_error_10: float
+    skipped: str = ""
+    event: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """How a motion, integrated in time, comes back to where it started.
+
+    Distances are relative in the energy norm: 1 is as far away as the amplitude.
+
+    Attributes:
+        after_one: Distance of the state after one period from its start.
+        after_ten: The same after ten periods; nan if they were not followed to their end. On an
+            unstable motion it grows by the multipliers.
+        energy_drift: Largest relative change of the energy in ten periods: what the integration
+            itself does wrong; nan like `after_ten`.
+    """
+
+    after_one: float
+    after_ten: float
     energy_drift: float
-    shot_frequency: float
-    shot_distance: float
-    shot_return_error: float
+
+
+@dataclass(frozen=True, slots=True)
+class Orbit:
+    """The periodic motion of the same energy that shooting finds near a point, exact in time.
+
+    Attributes:
+        frequency: Its frequency in Hz.
+        distance: Distance of its state from that of the point, relative in the energy norm.
+        return_error: Its own return error after one period.
+    """
+
+    frequency: float
+    distance: float
+    return_error: float
+
+
+@dataclass(frozen=True, slots=True)
+class FloquetStability:
+    """Stability of the motion that shooting finds.
+
+    Attributes:
+        kind: "stable", or the kind of instability of the largest multiplier, see
+            `time_domain.stability`.
+        largest_multiplier: Largest modulus of the multipliers: 1 if it is stable.
+        multipliers: Floquet multipliers besides the two that are 1, by falling modulus, shape
+            (2 J - 2,).
+    """
+
+    kind: str
     largest_multiplier: float
-    stability: str
-    harmonics_error: float
-    samples_error: float
-    error_remainder: float
-    q: Array
-    force: Array
-    free: Array
     multipliers: Complex
 
 
 @dataclass(frozen=True, slots=True)
-class PointMaker:
-    """Turns dimensionless solutions of the finest level into points.
+class Verdict:
+    """What may be believed of a point; see `backbone.verdict`.
 
     Attributes:
-        equations: Equations of the finest level, dimensionless.
-        scales: Units of the dimensionless model.
-        error: From a solution to the error of the reduction.
-        series_error: From a solution to the error of its series in time.
-        harmonic: Harmonic that the followed mode is written in.
+        status: One of `STATUSES`.
+        reason: Why the point is not verified; empty if it is.
+        resonance: Mode and harmonic of an internal resonance, or nothing.
     """
 
-    equations: HarmonicEquations
-    scales: Scales
-    error: Callable[[Solution], ReductionError]
-    series_error: Callable[[Solution], SeriesError]
-    harmonic: int = 1
+    status: str
+    reason: str = ""
+    resonance: str = ""
 
-    def point(
-        self,
-        position: float,
-        gamma_ratio: float,
-        solution: Solution,
-        *,
-        skipped: str = "",
-        event: str = "",
-        slope_ratio: float = float("nan"),
-    ) -> BranchPoint:
-        """The point that belongs to a converged solution.
 
-        Args:
-            position: Place along the branch.
-            gamma_ratio: Gamma ratio, as it was asked for.
-            solution: Solution of the finest level.
-            skipped: Internal resonance that was left for it.
-            event: What the branch does there.
-            slope_ratio: d omega / d gamma over that of the followed mode alone.
-        """
-        energies, error = solution.energies, self.error(solution)
-        series = self.series_error(solution)
-        hertz = self.scales.omega / (2 * np.pi)
-        in_contact = (solution.forces.force > 0).any(axis=1)
-        penetration, tension = self._between_samples(solution)
-        nan = float("nan")
-        return BranchPoint(
-            position=position,
-            gamma_ratio=gamma_ratio,
-            frequency=solution.omega * hertz,
-            frequency_ratio=solution.omega * self.harmonic,
-            rayleigh_frequency=float(np.sqrt(energies.rayleigh_quotient)) * hertz,
-            energy=energies.total(solution.omega) * self.scales.energy,
-            residual=solution.residual,
-            penetration=penetration * self.scales.length,
-            tension=tension * self.scales.length,
-            complementarity=self._complementarity(solution),
-            reduction_residual=error.residual,
-            reduction_error=error.frequency,
-            virial_error=energies.virial_error(solution.omega),
-            energy_variation=self._energy_variation(solution),
-            contact_fraction=float(self.equations.series.weight @ in_contact),
-            iterations=solution.iterations,
-            status="converged",
-            reason="the run was stopped before the motion was checked in time",
-            resonance="",
-            skipped=skipped,
-            event=event,
-            slope_ratio=slope_ratio,
-            return_error=nan,
-            return_error_10=nan,
-            energy_drift=nan,
-            shot_frequency=nan,
-            shot_distance=nan,
-            shot_return_error=nan,
-            largest_multiplier=nan,
-            stability="",
-            harmonics_error=series.harmonics,
-            samples_error=series.samples,
-            error_remainder=series.remainder,
-            q=solution.q * self.scales.amplitude,
-            force=solution.forces.force * self.scales.force,
-            free=solution.free * self.scales.length,
-            multipliers=np.empty(0, dtype=complex),
-        )
+#: What is said of a point that nobody judged yet. All points solve the discrete equations.
+NOT_JUDGED = Verdict(CONVERGED, "the run was stopped before the motion was checked in time")
 
-    def solution(self, point: BranchPoint) -> Solution:
-        """The solution that a stored point came from, without the flexibility of its forces."""
-        q, omega = point.q / self.scales.amplitude, 2 * np.pi * point.frequency / self.scales.omega
-        forces = ContactForces.alone(point.force / self.scales.force)
-        return Solution(
-            q=q,
-            omega=omega,
-            forces=forces,
-            free=point.free / self.scales.length,
-            energies=self.equations.energies(q, omega, forces),
-            residual=point.residual,
-            iterations=0,
-        )
 
-    def _between_samples(self, solution: Solution) -> tuple[float, float]:
-        """Penetration and tension on a finer grid."""
-        model, series = self.equations.model, self.equations.series
-        phase = 2 * np.pi * np.arange(_FINER * series.samples) / (_FINER * series.samples)
-        force = series.interpolated(solution.forces.force, phase)
-        open_by = model.gap - series.basis_at(phase) @ solution.free + force @ model.R
-        pushed = np.minimum(open_by, model.static_flexibility * force)
-        return max(0.0, float(-open_by.min())), max(0.0, float(pushed.max()))
+@dataclass(frozen=True, slots=True)
+class BranchPoint:
+    """A periodic motion of a branch, with all that is known of it.
 
-    def _energy_variation(self, solution: Solution) -> float:
-        model, series, force = self.equations.model, self.equations.series, solution.forces.force
-        q = series.synthesis @ solution.q
-        velocity = solution.omega * series.rate_at(series.phase) @ solution.q
-        rest = self.equations.rest
-        change = force - rest.force
-        open_by = model.gap - series.synthesis @ solution.free + force @ model.R
-        modal = np.sum((model.omega * (q - rest.q)) ** 2 + velocity**2, axis=1)
-        twice = modal + np.einsum("sc,cd,sd->s", change, model.R, change)
-        twice += 2 * np.where(force == 0, open_by, 0.0) @ rest.force
-        return float(np.ptp(twice) / (series.weight @ twice))
+    Attributes:
+        position: Place along the branch, by which points are ordered: what is stepped, so the
+            gamma ratio, the frequency ratio, or the length of the arc from the first point.
+        at: Parameters of the branch by their name: `GAMMA_RATIO`, the modal energy coordinate over
+            its value where the linear motion about the state of rest ends, at grazing or where a
+            closed point lifts off; `FREQUENCY_RATIO`, the frequency over that of the linear mode,
+            times the harmonic that it began in.
+        motion: The motion itself.
+        balance: How well it solves the discrete equations.
+        expected: Errors that are expected of the discretisation.
+        notes: What the continuation noted.
+        returned: How it comes back in time; None before it is judged, where contact points carry
+            mass, and where its integration gives up within the first period.
+        orbit: The exact motion nearby; None if none was found, or looked for.
+        stability: Stability of that motion; None if it is not known.
+        verdict: What may be believed; None before the point is judged.
+    """
 
-    def _complementarity(self, solution: Solution) -> float:
-        model, force = self.equations.model, solution.forces.force
-        if not force.any():
-            return 0.0
-        displacement = self.equations.series.synthesis @ solution.free - force @ model.R
-        product = np.abs(force * (displacement - model.gap)).max()
-        return float(product / force.max())
+    position: float
+    at: Mapping[str, float]
+    motion: Motion
+    balance: Balance
+    expected: ExpectedErrors
+    notes: ContinuationNotes
+    returned: Return | None = None
+    orbit: Orbit | None = None
+    stability: FloquetStability | None = None
+    verdict: Verdict | None = None
+
+    @property
+    def gamma_ratio(self) -> float:
+        """Modal energy coordinate over its value where the linear motion ends."""
+        return self.at[GAMMA_RATIO]
+
+    @property
+    def frequency_ratio(self) -> float:
+        """Frequency over that of the linear mode, times the harmonic that it began in."""
+        return self.at[FREQUENCY_RATIO]
+
+    @property
+    def status(self) -> str:
+        """Status of the verdict; "converged" before there is one."""
+        return (self.verdict or NOT_JUDGED).status
+
+    @property
+    def reason(self) -> str:
+        """Why the point is not verified; empty if it is."""
+        return (self.verdict or NOT_JUDGED).reason
+
+    @property
+    def resonance(self) -> str:
+        """Internal resonance that the motion is inside, or nothing."""
+        return (self.verdict or NOT_JUDGED).resonance

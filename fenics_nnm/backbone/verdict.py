@@ -21,26 +21,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.certificate import certified, of_linear_mode
-from fenics_nnm.backbone.periodicity import UNKNOWN_RETURN, Return, returned
-from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.certificate import (
+    NO_CERTIFICATE,
+    Certificate,
+    certified,
+    of_linear_mode,
+)
+from fenics_nnm.backbone.periodicity import NOT_FOLLOWED, Followed, followed
+from fenics_nnm.backbone.point import (
+    CONVERGED,
+    FAILED,
+    RESONANT,
+    VERIFIED,
+    BranchPoint,
+    Orbit,
+    Verdict,
+)
 from fenics_nnm.backbone.resonance import UNNAMED, stands_still, strongest_resonance
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.time_domain.bifurcations import Bifurcations, Witness, bifurcations
+from fenics_nnm.time_domain.bifurcations import Bifurcations, bifurcations
 from fenics_nnm.time_domain.flow import Flow
-
-#: Status of a point, from the best to the worst.
-VERIFIED = "verified"
-CONVERGED = "converged"
-RESONANT = "inside resonance"
-FAILED = "failed"
-STATUSES = (VERIFIED, CONVERGED, RESONANT, FAILED)
+from fenics_nnm.time_domain.integrator import Integrator
 
 #: A motion that misses its start by more than this part of its amplitude is no motion.
 _LARGEST_RETURN_ERROR = 1 / 3
@@ -66,17 +72,6 @@ _VERIFIED_START_ENERGY_ALONE = 2e-3
 #: A motion up to this part above grazing, and with the frequency of the linear mode within
 #: it, is the linear mode.
 _LINEAR = 1e-9
-
-#: A point that was judged before, in another run, is judged anew.
-_UNJUDGED: dict[str, Any] = {
-    "reason": "",
-    "shot_frequency": float("nan"),
-    "shot_distance": float("nan"),
-    "shot_return_error": float("nan"),
-    "largest_multiplier": float("nan"),
-    "stability": "",
-    "multipliers": np.empty(0, dtype=complex),
-}
 
 #: Why points of models without an integration in time are not verified.
 WITH_MASS = "contact points carry mass: there is no motion in time to compare with"
@@ -118,120 +113,140 @@ def judged(
         shooting: Whether to shoot for the true motion near each point.
     """
     flow = Flow(model) if model.massless else None
-    resonances = [internal_resonance(model, series, point, mode, harmonic) for point in points]
     others = np.delete(model.at_rest().omega, mode)
-    pairs = [
-        _judged(flow, series, replace(point, resonance=resonance, **_UNJUDGED), others, shooting)
-        for point, resonance in zip(points, resonances, strict=True)
+    evidence = [_evidence(flow, series, point, shooting=shooting) for point in points]
+    resonances = [internal_resonance(model, series, point, mode, harmonic) for point in points]
+    found = [
+        _judged(point, resonance, each, others, massless=model.massless)
+        for point, resonance, each in zip(points, resonances, evidence, strict=True)
     ]
-    found = Bifurcations()
-    if flow and shooting:
-        witnesses = [witness for _, witness in pairs]
-        found = bifurcations(flow, witnesses, reversible=not series.free_phase)
-    return Judgement(tuple(point for point, _ in pairs), found)
+    if flow is None or not shooting:
+        return Judgement(tuple(found), Bifurcations())
+    witnesses = [each.certificate.witness for each in evidence]
+    along = bifurcations(flow, witnesses, reversible=not series.free_phase)
+    return Judgement(tuple(found), along)
 
 
 def internal_resonance(
     model: ReducedModel, series: Series, point: BranchPoint, mode: int, harmonic: int = 1
 ) -> str:
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
-    omega = 2 * np.pi * point.frequency
-    found = strongest_resonance(model, series, point.q, omega, mode=mode, harmonic=harmonic)
+    q, omega = point.motion.q, 2 * np.pi * point.motion.frequency
+    found = strongest_resonance(model, series, q, omega, mode=mode, harmonic=harmonic)
     if found.entered:
         return str(found)
-    by_mode = point.q @ model.at_rest().shapes
-    still = stands_still(series, by_mode, point.slope_ratio, mode=mode, harmonic=harmonic)
+    by_mode = q @ model.at_rest().shapes
+    still = stands_still(series, by_mode, point.notes.slope_ratio, mode=mode, harmonic=harmonic)
     return UNNAMED if still else ""
 
 
+@dataclass(frozen=True, slots=True)
+class _Evidence:
+    """What integration in time, and shooting, say of a point."""
+
+    followed: Followed
+    certificate: Certificate
+
+
+def _evidence(
+    flow: Integrator | None, series: Series, point: BranchPoint, *, shooting: bool
+) -> _Evidence:
+    if flow is None:
+        return _Evidence(NOT_FOLLOWED, NO_CERTIFICATE)
+    found = followed(flow, series, point.motion)
+    if not shooting or found.returned is None:
+        return _Evidence(found, NO_CERTIFICATE)
+    return _Evidence(found, certified(flow, series, point, found.returned))
+
+
 def _judged(
-    flow: Flow | None, series: Series, point: BranchPoint, others: Array, shooting: bool
-) -> tuple[BranchPoint, Witness | None]:
-    """A point with its verdict, and its exact motion if there is one.
+    point: BranchPoint, resonance: str, evidence: _Evidence, others: Array, *, massless: bool
+) -> BranchPoint:
+    """A point with its verdict.
 
     `others` are the circular frequencies of the linear modes besides the followed one.
     """
-    witness = None
-    found = returned(flow, series, point) if flow else UNKNOWN_RETURN
-    point = replace(
-        point,
-        return_error=found.after_one,
-        return_error_10=found.after_ten,
-        energy_drift=found.energy_drift,
-    )
-    if flow and shooting and not np.isnan(found.after_one):
-        point, witness = certified(flow, series, point)
+    orbit, stability = evidence.certificate.orbit, evidence.certificate.stability
     if _is_linear(point):
-        point = of_linear_mode(point, others)
-    return _verdict(point, found, massless=flow is not None), witness
+        orbit, stability = of_linear_mode(point.motion.frequency, others)
+    returned = evidence.followed.returned
+    known = replace(point, returned=returned, orbit=orbit, stability=stability)
+    return replace(known, verdict=_verdict(known, resonance, evidence, massless=massless))
 
 
 def _is_linear(point: BranchPoint) -> bool:
     return point.gamma_ratio <= 1 + _LINEAR and abs(point.frequency_ratio - 1) <= _LINEAR
 
 
-def _verdict(point: BranchPoint, found: Return, *, massless: bool) -> BranchPoint:
-    """The point with its status, and the reason for any but the best."""
-    failure = _failure(point, found)
+def _verdict(point: BranchPoint, resonance: str, evidence: _Evidence, *, massless: bool) -> Verdict:
+    """The status of a point, and the reason for any but the best."""
+    failure = _failure(point, evidence.followed)
     if failure:
-        return replace(point, status=FAILED, reason=failure)
-    if point.resonance:
-        reason = f"{point.resonance} draws energy from the motion"
-        return replace(point, status=RESONANT, reason=reason)
-    doubt = "" if _is_linear(point) else _doubt(point, found) if massless else WITH_MASS
-    return replace(point, status=CONVERGED if doubt else VERIFIED, reason=doubt)
+        return Verdict(FAILED, failure, resonance)
+    if resonance:
+        return Verdict(RESONANT, f"{resonance} draws energy from the motion", resonance)
+    doubt = "" if _is_linear(point) else _doubt(point, evidence) if massless else WITH_MASS
+    return Verdict(CONVERGED if doubt else VERIFIED, doubt)
 
 
-def _failure(point: BranchPoint, found: Return) -> str:
+def _failure(point: BranchPoint, followed: Followed) -> str:
     """What shows that the point is no motion of the model, or nothing."""
-    if point.virial_error > _LARGEST_EQUATION_ERROR:
-        return f"the virial identity is off by {point.virial_error:.1e}"
-    if point.complementarity > _LARGEST_EQUATION_ERROR:
-        return f"force times gap is {point.complementarity:.1e} and not zero at a sample"
-    if found.failure and np.isnan(found.after_one):
-        return f"integration in time gave up: {found.failure}"
-    if point.return_error > _LARGEST_RETURN_ERROR:
-        return f"after one period the motion misses its start by {point.return_error:.0%}"
-    if abs(_shot_change(point)) > _LARGEST_SHOT_CHANGE:
-        return f"the exact motion of its energy is {_shot_change(point):+.1%} away in frequency"
+    balance, returned = point.balance, point.returned
+    if balance.virial_error > _LARGEST_EQUATION_ERROR:
+        return f"the virial identity is off by {balance.virial_error:.1e}"
+    if balance.complementarity > _LARGEST_EQUATION_ERROR:
+        return f"force times gap is {balance.complementarity:.1e} and not zero at a sample"
+    if followed.failure and returned is None:
+        return f"integration in time gave up: {followed.failure}"
+    if returned and returned.after_one > _LARGEST_RETURN_ERROR:
+        return f"after one period the motion misses its start by {returned.after_one:.0%}"
+    if point.orbit and abs(change := _change(point, point.orbit)) > _LARGEST_SHOT_CHANGE:
+        return f"the exact motion of its energy is {change:+.1%} away in frequency"
     return ""
 
 
-def _doubt(point: BranchPoint, found: Return) -> str:
+def _doubt(point: BranchPoint, evidence: _Evidence) -> str:
     """Why integration in time does not confirm the point, or nothing."""
-    if abs(point.reduction_error) > VERIFIED_CHANGE:
-        return f"the reduction is expected to put its frequency off by {point.reduction_error:+.2%}"
-    if np.isnan(point.shot_frequency):
-        return _doubt_without_exact_motion(point, found)
-    if abs(found.start_energy) > _VERIFIED_START_ENERGY:
-        return _energy_off(found)
-    if point.return_error > VERIFIED_RETURN_ERROR:
-        return f"after one period the motion misses its start by {point.return_error:.1%}"
-    if abs(_shot_change(point)) > VERIFIED_CHANGE:
-        return f"the exact motion of its energy is {_shot_change(point):+.2%} away in frequency"
-    if point.shot_distance > _VERIFIED_DISTANCE:
-        return f"the exact motion of its energy is {point.shot_distance:.0%} of the amplitude away"
-    if point.shot_return_error > _VERIFIED_SHOT_RETURN_ERROR:
-        return f"the shot motion misses its start by {point.shot_return_error:.1e}"
+    reduction = point.expected.reduction
+    if reduction and abs(reduction.frequency) > VERIFIED_CHANGE:
+        return f"the reduction is expected to put its frequency off by {reduction.frequency:+.2%}"
+    if point.orbit:
+        return _doubt_beside_exact_motion(point, point.orbit, evidence.followed)
+    missed = _doubt_without_exact_motion(evidence.followed)
+    why = evidence.certificate.failure
+    return f"{missed}; {why}" if missed and why else missed
+
+
+def _doubt_beside_exact_motion(point: BranchPoint, orbit: Orbit, followed: Followed) -> str:
+    returned, change = followed.returned, _change(point, orbit)
+    if abs(followed.start_energy) > _VERIFIED_START_ENERGY:
+        return _energy_off(followed)
+    if returned and returned.after_one > VERIFIED_RETURN_ERROR:
+        return f"after one period the motion misses its start by {returned.after_one:.1%}"
+    if abs(change) > VERIFIED_CHANGE:
+        return f"the exact motion of its energy is {change:+.2%} away in frequency"
+    if orbit.distance > _VERIFIED_DISTANCE:
+        return f"the exact motion of its energy is {orbit.distance:.0%} of the amplitude away"
+    if orbit.return_error > _VERIFIED_SHOT_RETURN_ERROR:
+        return f"the shot motion misses its start by {orbit.return_error:.1e}"
     return ""
 
 
-def _doubt_without_exact_motion(point: BranchPoint, found: Return) -> str:
-    if found.failure:
-        missed = f"integration in time gave up: {found.failure}"
-    elif found.after_ten > _VERIFIED_RETURN_ERROR_10:
-        missed = f"after ten periods the motion misses its start by {found.after_ten:.1%}"
-    elif abs(found.start_energy) > _VERIFIED_START_ENERGY_ALONE:
-        missed = _energy_off(found)
-    else:
-        return ""
-    return f"{missed}; {point.reason}" if point.reason else missed
+def _doubt_without_exact_motion(followed: Followed) -> str:
+    returned = followed.returned
+    if followed.failure:
+        return f"integration in time gave up: {followed.failure}"
+    if returned and returned.after_ten > _VERIFIED_RETURN_ERROR_10:
+        return f"after ten periods the motion misses its start by {returned.after_ten:.1%}"
+    if abs(followed.start_energy) > _VERIFIED_START_ENERGY_ALONE:
+        return _energy_off(followed)
+    return ""
 
 
-def _energy_off(found: Return) -> str:
-    return f"the energy of its initial state is {found.start_energy:+.2%} off"
+def _energy_off(followed: Followed) -> str:
+    return f"the energy of its initial state is {followed.start_energy:+.2%} off"
 
 
-def _shot_change(point: BranchPoint) -> float:
-    """Frequency of the exact motion over that of the point, less 1; nan without one."""
-    return point.shot_frequency / point.frequency - 1
+def _change(point: BranchPoint, orbit: Orbit) -> float:
+    """Frequency of the exact motion over that of the point, less 1."""
+    return orbit.frequency / point.motion.frequency - 1

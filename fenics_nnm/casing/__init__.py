@@ -4,7 +4,7 @@ from fenics_nnm.casing.cone import Cone
 from fenics_nnm.casing.frame import Frame
 from fenics_nnm.casing.plane import Plane
 from fenics_nnm.casing.radius import LobedRadius, RadialSurface, Radius
-from fenics_nnm.casing.surface import Reversed, Surface
+from fenics_nnm.casing.surface import Reversed, RoundSurface, Surface
 from fenics_nnm.casing.table import RadiusTable, read_radii
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "Radius",
     "RadiusTable",
     "Reversed",
+    "RoundSurface",
     "Surface",
     "read_radii",
 ]

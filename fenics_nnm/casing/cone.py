@@ -28,6 +28,14 @@ class Cone:
     radius: float
     slope: float = 0.0
 
+    def axial_range(self, low: float, high: float, *, tip: float) -> tuple[float, float]:
+        """As `RoundSurface.axial_range`."""
+        if self.slope == 0:
+            return low, high
+        largest = self.radius + max(self.slope * low, self.slope * high)
+        end = (tip * largest - self.radius) / self.slope
+        return (max(low, end), high) if self.slope > 0 else (low, min(high, end))
+
     def distance(self, points: Array, directions: Array) -> Array:
         """As `Surface.distance`, by the root of a quadratic where the line leaves the casing.
 

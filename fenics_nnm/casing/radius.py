@@ -107,6 +107,10 @@ class RadialSurface:
                 f"the radius falls to {self.radius.bounds[0]:.6g} m: must be positive all around"
             )
 
+    def axial_range(self, low: float, high: float, *, tip: float) -> tuple[float, float]:
+        """As `RoundSurface.axial_range`: up to where radii are given."""
+        return max(low, self.radius.span[0]), min(high, self.radius.span[1])
+
     def distance(self, points: Array, directions: Array) -> Array:
         """As `Surface.distance`.
 

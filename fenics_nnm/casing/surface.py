@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from fenics_nnm.arrays import Array, Mask
+from fenics_nnm.casing.frame import Frame
 from fenics_nnm.errors import GeometryError
 
 
@@ -31,6 +32,24 @@ class Surface(Protocol):
 
         Raises:
             GeometryError: if there is no single nearest point.
+        """
+
+
+class RoundSurface(Surface, Protocol):
+    """A surface about an axis."""
+
+    @property
+    def frame(self) -> Frame:
+        """Its axis, and where angles and axial coordinates begin."""
+
+    def axial_range(self, low: float, high: float, *, tip: float) -> tuple[float, float]:
+        """The part of a range of axial coordinates in m in which the surface has a radius.
+
+        Args:
+            low: First axial coordinate.
+            high: Last axial coordinate.
+            tip: A surface that ends at a point is left there, where its radius is this part of
+                the largest in the range.
         """
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fenics_nnm.commands.shared import (
     DONE,
@@ -17,7 +18,9 @@ from fenics_nnm.commands.shared import (
     stages_of,
 )
 from fenics_nnm.errors import MeshError, ModelError, NonlinearModeError, OutputError, StudyError
-from fenics_nnm.study import MatrixStudy, MeshStudy, Study
+
+if TYPE_CHECKING:
+    from fenics_nnm.structure.structure import Outline
 
 #: Endings of the file of a picture.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -43,20 +46,21 @@ def add_to(commands: Commands) -> None:
 def _check(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.fem.linear import LinearAnalysis
     from fenics_nnm.output.description import describe
-    from fenics_nnm.output.pictures.groups import casings_of, draw_groups, roles_of
+    from fenics_nnm.output.pictures.groups import draw_groups
     from fenics_nnm.resolution.auto import provisional
+    from fenics_nnm.structure.analysis import structure_of
 
     (study, _), picture = asked_study(arguments), arguments.picture
-    _refuse_picture(study, picture)
+    outline = structure_of(study).outline
+    _refuse_picture(outline, picture)
     console = console_of(MPI.COMM_WORLD)
     try:
         with stages_of(console, arguments) as stages:
             shown = provisional(study, MPI.COMM_WORLD, stages)
-            text = describe(shown.study, shown.analysis)
+            text = describe(shown.prepared)
     except (MeshError, ModelError) as error:
-        _draw_groups(study, picture, error)
+        _draw_groups(outline, picture, error)
         raise
     if study.automatic:
         text += (
@@ -64,18 +68,19 @@ def _check(arguments: argparse.Namespace) -> int:
             f"{study.tolerance:g} needs; this is with {shown.study.resolution}"
         )
     show(console, text)
-    if picture and isinstance(shown.analysis, LinearAnalysis):
-        tagged, interface = shown.analysis.solid.tagged, shown.analysis.interface
-        draw_groups(picture, tagged, roles_of(study), interface, casings_of(study))
+    body = shown.linear.body
+    if picture and outline and body:
+        tagged, interface = body.solid.tagged, body.interface
+        draw_groups(picture, tagged, outline.roles, interface, outline.casings)
         show(console, f"picture          {picture}")
     return DONE
 
 
-def _refuse_picture(study: Study, picture: Path | None) -> None:
+def _refuse_picture(outline: Outline | None, picture: Path | None) -> None:
     """Refuse a picture that cannot be, before anything is computed."""
     if picture is None:
         return
-    if isinstance(study, MatrixStudy):
+    if outline is None:
         raise StudyError(f"--picture {picture}: matrices have no mesh to draw")
     if picture.suffix not in SUFFIXES:
         raise StudyError(f"--picture {picture}: must end in {' or '.join(SUFFIXES)}")
@@ -83,15 +88,14 @@ def _refuse_picture(study: Study, picture: Path | None) -> None:
         raise OutputError(f"--picture {picture}: cannot be written: there is no such folder")
 
 
-def _draw_groups(study: Study, picture: Path | None, error: Exception) -> None:
+def _draw_groups(outline: Outline | None, picture: Path | None, error: Exception) -> None:
     """Show the groups of a mesh that cannot be used as asked, if it can be read at all."""
     from mpi4py import MPI
 
-    from fenics_nnm.output.pictures.groups import draw_groups, roles_of
-    from fenics_nnm.structure.analysis import tagged_mesh
+    from fenics_nnm.output.pictures.groups import draw_groups
 
-    if picture is None or not isinstance(study, MeshStudy) or MPI.COMM_WORLD.size > 1:
+    if picture is None or outline is None or MPI.COMM_WORLD.size > 1:
         return
     with suppress(NonlinearModeError):
-        draw_groups(picture, tagged_mesh(study, MPI.COMM_WORLD), roles_of(study))
+        draw_groups(picture, outline.mesh(MPI.COMM_WORLD), outline.roles)
         error.add_note(f"{picture} shows its groups")

@@ -46,7 +46,7 @@ def _convergence(arguments: argparse.Namespace) -> int:
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-convergence"
     with terminable(), stages_of(console, arguments) as stages:
         found = convergence(choice(study, comm, stages), comm, stages)
-        on_root(comm, lambda: write_convergence(folder, found, title=study.title))
+        on_root(comm, write_convergence, folder, found, title=study.title)
     for line in convergence_lines(found):
         show(console, line)
     show(console, f"results in {folder}")

@@ -75,7 +75,7 @@ def _export(arguments: argparse.Namespace) -> int:
             on_progress=stages.report,
         )
     for point in found:
-        show(console, _told(point))
+        show(console, _line(point))
     show(console, f"files in {folder}")
     return DONE
 
@@ -88,6 +88,5 @@ def _fields(names: str) -> tuple[FieldName, ...]:
     return tuple(name for name in FIELDS if name in wanted)
 
 
-def _told(point: BranchPoint) -> str:
-    status = f", {point.status}" if point.status else ""
-    return f"gamma ratio {point.gamma_ratio:g}: {point.frequency:.6g} Hz{status}"
+def _line(point: BranchPoint) -> str:
+    return f"gamma ratio {point.gamma_ratio:g}: {point.motion.frequency:.6g} Hz, {point.status}"

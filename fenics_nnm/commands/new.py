@@ -38,7 +38,7 @@ def _new(arguments: argparse.Namespace) -> int:
         raise StudyError(f"--rotor {arguments.rotor}: belongs to blade, not to {arguments.kind}")
     rotor = arguments.rotor or ROTORS[0]
     comm = MPI.COMM_WORLD
-    files = on_root(comm, lambda: write_template(arguments.kind, arguments.target, rotor=rotor))
+    files = on_root(comm, write_template, arguments.kind, arguments.target, rotor=rotor)
     console = console_of(comm)
     for file in files:
         show(console, f"wrote {file}")

@@ -45,6 +45,6 @@ def _plot(arguments: argparse.Namespace) -> int:
                 f"--formats {arguments.formats}: {name!r} must be one of {', '.join(FORMATS)}"
             )
     comm, folder = MPI.COMM_WORLD, arguments.output or arguments.results / "pictures"
-    pictures = on_root(comm, lambda: make_pictures(arguments.results, folder, formats=formats))
+    pictures = on_root(comm, make_pictures, arguments.results, folder, formats=formats)
     show(console_of(comm), f"{len(pictures)} pictures in {folder}; {MANIFEST} describes them")
     return DONE

@@ -26,6 +26,6 @@ def _report(arguments: argparse.Namespace) -> int:
     from fenics_nnm.output.html_report.report import write_report
 
     comm, file = MPI.COMM_WORLD, arguments.output or arguments.results / "report.html"
-    on_root(comm, lambda: write_report(arguments.results, file))
+    on_root(comm, write_report, arguments.results, file)
     show(console_of(comm), f"report in {file}")
     return DONE

@@ -62,9 +62,9 @@ def _run(arguments: argparse.Namespace) -> int:
     if console.is_terminal:
         console.print(result_table(result, study))
         for encounter in result.branch.encounters:
-            show(console, _told(encounter))
-        if result.told:
-            show(console, result.told)
+            show(console, _line(encounter))
+        if result.message:
+            show(console, result.message)
         closing = f"{result.branch.reason}; results in {result.folder}"
         show(console, closing)
     if not result.branch.complete:
@@ -74,14 +74,14 @@ def _run(arguments: argparse.Namespace) -> int:
     return DONE
 
 
-def _told(encounter: Encounter) -> str:
+def _line(encounter: Encounter) -> str:
     """What became of an internal resonance, in a line."""
     entered, skipped = (
         f"{what} at gamma ratio {', '.join(f'{ratio:g}' for ratio in ratios)}" if ratios else ""
         for what, ratios in (("entered", encounter.entered), ("skipped", encounter.skipped))
     )
-    told = "; ".join(text for text in (entered, skipped) if text)
-    return f"internal resonance with {encounter.name} near {encounter.frequency:.6g} Hz: {told}"
+    places = "; ".join(text for text in (entered, skipped) if text)
+    return f"internal resonance with {encounter.name} near {encounter.frequency:.6g} Hz: {places}"
 
 
 def result_table(result: RunResult, study: Study) -> Table:
@@ -94,7 +94,7 @@ def result_table(result: RunResult, study: Study) -> Table:
     for point in reported or points[:: max(1, len(points) // 10)]:
         table.add_row(
             f"{point.gamma_ratio:g}",
-            f"{point.frequency:.4f}",
+            f"{point.motion.frequency:.4f}",
             f"{point.frequency_ratio:.5f}",
             point.status,
         )

@@ -104,7 +104,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
                 sweep.write_table()
         raise
     sweep.look()
-    on_root(comm, lambda: _write(sweep))
+    on_root(comm, _write, sweep)
     return _ended(sweep, console, comm)
 
 
@@ -136,14 +136,14 @@ def _list(console: Console, sweep: Sweep) -> int:
 def _run(
     sweep: Sweep, arguments: argparse.Namespace, console: Console, comm: MPI.Intracomm
 ) -> None:
-    from fenics_nnm.sweep.outcome import Standing
+    from fenics_nnm.sweep.outcome import RunState
 
     total, left = len(sweep.plan.cases), len(sweep.left)
-    going_on = sum(standing is Standing.BEGUN for standing in sweep.standings.values())
-    told = f", {going_on} of them from points of an earlier run" if going_on else ""
-    show(console, f"{total} studies: {total - left} done, {left} to run{told}")
+    going_on = sum(state is RunState.BEGUN for state in sweep.states.values())
+    taken = f", {going_on} of them from points of an earlier run" if going_on else ""
+    show(console, f"{total} studies: {total - left} done, {left} to run{taken}")
     here = Console(force_terminal=False) if comm.size > 1 else console
-    sweep.on_outcome = lambda outcome: show(here, _told(outcome, total))
+    sweep.on_outcome = lambda outcome: show(here, _line(outcome, total))
 
     def stages() -> AbstractContextManager[Stages]:
         return stages_of(console, arguments)
@@ -157,8 +157,8 @@ def _run(
             sweep.run(stages, verbose=arguments.verbose)
 
 
-def _told(outcome: Outcome, total: int) -> str:
-    points = f", {len(outcome.places)} points" if outcome.places else ""
+def _line(outcome: Outcome, total: int) -> str:
+    points = f", {len(outcome.rows)} points" if outcome.rows else ""
     return f"study {outcome.case.number} of {total}: {outcome.case}: {outcome.status}{points}"
 
 

@@ -2,7 +2,7 @@ r"""Pseudo-arclength: the geometry of a branch near one of its points.
 
 Distances along a branch are measured in scaled unknowns, about a motion (q0, omega0):
 
-    y = (D q / |D q0|, omega / omega0),      D_nj = sqrt(c_n (omega_j^2 + n^2 omega0^2)),
+    y = (D q / |D q0|, omega / omega0, ..),      D_nj = sqrt(c_n (omega_j^2 + n^2 omega0^2)),
 
 with c_n the mean square of the basis function n, and q0 counted from the state of rest. |D q|^2 is
 twice the mean energy that the modes have without contact, so a step ds is a relative change of the
@@ -23,16 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.newton import (
-    Constraint,
-    Newton,
-    Solution,
-    Unknowns,
-    bordered_jacobian,
-    phase_row,
-    solve,
-)
+from fenics_nnm.nonlinear.conditions import Condition, own_conditions
+from fenics_nnm.nonlinear.equations import Equations
+from fenics_nnm.nonlinear.newton import Newton, bordered_jacobian, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: Largest number of times that equations are renewed about the frequency of a solution.
 _RENEWALS = 6
@@ -44,11 +39,12 @@ class Metric:
 
     Attributes:
         weight: D / |D q0|, shape of q.
-        omega: omega0.
+        parameters: Sizes of the parameters, shape (k,): all but the drift of a free phase, which is
+            0 on every motion.
     """
 
     weight: Array
-    omega: float
+    parameters: Array
 
     @classmethod
     def about(cls, equations: Equations, at: Unknowns) -> Metric:
@@ -56,20 +52,26 @@ class Metric:
         mean_square = equations.series.mean_square[:, None]
         weight = np.sqrt(mean_square * equations.row_scale(at.omega))
         motion = equations.motion(at.q)
-        return cls(weight / float(np.linalg.norm(weight * motion)), at.omega)
+        count = len(equations.parameters) - equations.free_phase
+        size = float(np.linalg.norm(weight * motion))
+        return cls(weight / size, np.abs(at.parameters[:count]))
 
     def scaled(self, change: Unknowns) -> Array:
-        """A change of the unknowns as a vector, shape (size of q + 1,)."""
-        return np.append((self.weight * change.q).ravel(), change.omega / self.omega)
+        """A change of the unknowns as a vector, shape (size of q + k,)."""
+        by_parameter = change.parameters[: len(self.parameters)] / self.parameters
+        return np.concatenate([(self.weight * change.q).ravel(), by_parameter])
 
     def unscaled(self, vector: Array) -> Unknowns:
         """The change that a vector stands for."""
-        q = vector[: self.weight.size].reshape(self.weight.shape) / self.weight
-        return Unknowns(q, float(vector[self.weight.size]) * self.omega)
+        size = self.weight.size
+        q = vector[:size].reshape(self.weight.shape) / self.weight
+        return Unknowns(q, vector[size:] * self.parameters)
 
     def between(self, first: Unknowns, second: Unknowns) -> Array:
         """The scaled way from the first to the second."""
-        return self.scaled(Unknowns(second.q - first.q, second.omega - first.omega))
+        count = len(self.parameters)
+        change = second.parameters[:count] - first.parameters[:count]
+        return self.scaled(Unknowns(second.q - first.q, change))
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,15 +90,17 @@ class FixedArc:
     direction: Array
     length: float
 
-    def value(self, equations: Equations, q: Array, omega: float) -> float:
+    def value(self, equations: Equations, at: Unknowns) -> float:
         """What is missing of the length, the other way round."""
-        way = self.metric.between(self.base, Unknowns(q, omega))
-        return float(self.direction @ way) - self.length
+        return float(self.direction @ self.metric.between(self.base, at)) - self.length
 
-    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
-        """Derivatives by q and omega."""
-        by_q = self.metric.weight * self.direction[:-1].reshape(q.shape)
-        return by_q, float(self.direction[-1]) / self.metric.omega
+    def gradient(self, equations: Equations, at: Unknowns) -> Unknowns:
+        """Derivatives by coefficients and parameters."""
+        size = at.q.size
+        by_q = self.metric.weight * self.direction[:size].reshape(at.q.shape)
+        by_parameter = np.zeros(len(at.parameters))
+        by_parameter[: len(self.metric.parameters)] = self.direction[size:] / self.metric.parameters
+        return Unknowns(by_q, by_parameter)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,20 +122,20 @@ class Problem:
         """Equations that hold at all frequencies."""
         return cls(lambda omega: equations, newton)
 
-    def solve(self, constraint: Constraint, guess: Unknowns) -> Solution:
-        """A motion that obeys equations and constraint; never raises for non-convergence."""
+    def solve(self, condition: Condition, guess: Unknowns) -> Solution:
+        """A motion that obeys equations and a condition; never raises for non-convergence."""
         equations = self.about(guess.omega)
         for _ in range(_RENEWALS):
-            found = solve(equations, constraint, guess.q, guess.omega, options=self.newton)
+            found = solve(equations, condition, guess, options=self.newton)
             renewed = self.about(found.omega) if found.converged else equations
             if renewed is equations:
                 break
-            equations, guess = renewed, Unknowns(found.q, found.omega)
+            equations, guess = renewed, found.at
         return found
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class CurvePoint:
     """A point of a branch and the way on from it.
 
     Attributes:
@@ -150,31 +154,11 @@ class Place:
     @property
     def at(self) -> Unknowns:
         """Its unknowns."""
-        return unknowns(self.solution)
+        return self.solution.at
 
-    def turned(self) -> Place:
+    def turned(self) -> CurvePoint:
         """The same point, the other way."""
-        return Place(self.solution, self.metric, -self.tangent, -self.orientation)
-
-
-def unknowns(solution: Solution) -> Unknowns:
-    """Coefficients and frequency of a solution."""
-    return Unknowns(solution.q, solution.omega)
-
-
-def evaluated(equations: Equations, at: Unknowns) -> Solution:
-    """A motion as it is, whether it solves the equations or not, with their residual."""
-    forces = equations.forces(at.q, at.omega)
-    residual = equations.residual(at.q, at.omega, forces)
-    return Solution(
-        q=at.q,
-        omega=at.omega,
-        forces=forces,
-        free=equations.free_harmonics(at.q, at.omega),
-        energies=equations.energies(at.q, at.omega, forces),
-        residual=equations.relative_residual(at.q, at.omega, residual),
-        iterations=0,
-    )
+        return CurvePoint(self.solution, self.metric, -self.tangent, -self.orientation)
 
 
 def scaled_jacobian(
@@ -186,44 +170,46 @@ def scaled_jacobian(
         equations: Harmonic equations.
         metric: Scaled unknowns.
         solution: Motion at which they are differentiated.
-        direction: Row below the equations, shape (size of q + 1,).
+        direction: Row below the equations, shape (size of q + k,).
 
     Returns:
-        A square matrix: columns q, omega and, in a general series, the drift; rows the equations,
+        A square matrix: columns q, parameters and, of a free phase, the drift; rows the equations,
         the direction and the phase condition.
     """
-    at, size = unknowns(solution), solution.q.size
-    phase = phase_row(equations, at.q)
+    at, size = solution.at, solution.q.size
+    count = size + len(metric.parameters)
     row = FixedArc(metric, at, direction, 0.0)
-    matrix = bordered_jacobian(equations, row, at, solution.forces, phase)
+    conditions = (row, *own_conditions(equations, at.q))
+    whole = at.completed(len(equations.parameters))
+    matrix = bordered_jacobian(equations, conditions, whole, solution.forces)
     weight = metric.weight.ravel()
     matrix[:size] *= weight[:, None]
     matrix[:, :size] /= weight
-    matrix[:, size] *= metric.omega
-    if phase.size:
-        matrix[:size, size + 1] /= np.linalg.norm(matrix[:size, size + 1])
-        matrix[size + 1] /= np.linalg.norm(matrix[size + 1])
+    matrix[:, size:count] *= metric.parameters
+    for column, line in zip(range(count, len(matrix)), range(size + 1, len(matrix)), strict=True):
+        matrix[:size, column] /= np.linalg.norm(matrix[:size, column])
+        matrix[line] /= np.linalg.norm(matrix[line])
     return matrix
 
 
-def place(equations: Equations, solution: Solution, along: Array) -> Place:
+def curve_point(equations: Equations, solution: Solution, along: Array) -> CurvePoint:
     """A point with its tangent, oriented along a direction in the scaled unknowns about it.
 
     Where the tangent is not unique to round-off, at a branch point, it is the part of the direction
     in the null space.
     """
-    metric = Metric.about(equations, unknowns(solution))
+    metric = Metric.about(equations, solution.at)
     direction = along / np.linalg.norm(along)
     matrix = scaled_jacobian(equations, metric, solution, direction)
     size = solution.q.size
     right = np.zeros(len(matrix))
     right[size] = 1.0
     try:
-        tangent = np.linalg.solve(matrix, right)[: size + 1]
+        tangent = np.linalg.solve(matrix, right)[: direction.size]
     except np.linalg.LinAlgError:
-        return Place(solution, metric, _projected(matrix, size, direction), 0.0)
+        return CurvePoint(solution, metric, _projected(matrix, size, direction), 0.0)
     sign = float(np.linalg.slogdet(matrix)[0])
-    return Place(solution, metric, tangent / np.linalg.norm(tangent), sign)
+    return CurvePoint(solution, metric, tangent / np.linalg.norm(tangent), sign)
 
 
 def null_space(equations: Equations, metric: Metric, solution: Solution) -> tuple[Array, Array]:
@@ -234,15 +220,16 @@ def null_space(equations: Equations, metric: Metric, solution: Solution) -> tupl
         right singular vectors in the same order as rows, without their part along the drift.
     """
     size = solution.q.size
-    matrix = scaled_jacobian(equations, metric, solution, np.zeros(size + 1))
+    count = size + len(metric.parameters)
+    matrix = scaled_jacobian(equations, metric, solution, np.zeros(count))
     equations_alone = np.delete(matrix, size, axis=0)
     _, values, vectors = np.linalg.svd(equations_alone)
-    return np.append(values, 0.0)[::-1], vectors[::-1, : size + 1]
+    return np.append(values, 0.0)[::-1], vectors[::-1, :count]
 
 
 def _projected(matrix: Array, size: int, direction: Array) -> Array:
     """Part of a direction in the null space of the equations, of unit length."""
     _, values, vectors = np.linalg.svd(np.delete(matrix, size, axis=0))
-    null = vectors[np.append(values, 0.0) < 1e-9 * values[0], : size + 1]
+    null = vectors[np.append(values, 0.0) < 1e-9 * values[0], : direction.size]
     part = null.T @ (null @ direction)
     return np.asarray(part / np.linalg.norm(part))

@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.continuation.arc_length import FixedArc, Place, Problem, place, unknowns
-from fenics_nnm.continuation.events import Event, EventKind
+from fenics_nnm.continuation.arc_length import CurvePoint, FixedArc, Problem, curve_point
+from fenics_nnm.continuation.events import BRANCH_POINT, Event
 from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.newton import Unknowns
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: Lengths that are tried, from the shortest, as parts of the first one.
 _LENGTHS = (1.0, 4.0, 16.0, 0.25)
@@ -26,7 +26,7 @@ _SAME = 0.5
 
 def switched(
     problem: Problem, event: Event, *, length: float = 1e-3
-) -> tuple[Place | None, Place | None]:
+) -> tuple[CurvePoint | None, CurvePoint | None]:
     """Points of the other branch to both sides of a simple branch point, leading away from it.
 
     Args:
@@ -41,17 +41,19 @@ def switched(
     Raises:
         ModelError: if the event is no simple branch point.
     """
-    if event.kind is not EventKind.BRANCH_POINT or len(event.kernel) != 1:
+    if event.kind != BRANCH_POINT.kind or len(event.kernel) != 1:
         raise ModelError(
             f"{event.kind} with {len(event.kernel)} directions besides the tangent:"
             " only a branch point with one has another branch to go over to"
         )
     sides = event.kernel[0], -event.kernel[0]
-    first, second = (_other_branch(problem, event.place, side, length) for side in sides)
+    first, second = (_other_branch(problem, event.point, side, length) for side in sides)
     return first, second
 
 
-def _other_branch(problem: Problem, at: Place, normal: Array, length: float) -> Place | None:
+def _other_branch(
+    problem: Problem, at: CurvePoint, normal: Array, length: float
+) -> CurvePoint | None:
     for part in _LENGTHS:
         found = _stepped_off(problem, at, normal, part * length)
         if found is not None:
@@ -59,26 +61,28 @@ def _other_branch(problem: Problem, at: Place, normal: Array, length: float) -> 
     return None
 
 
-def _stepped_off(problem: Problem, at: Place, normal: Array, length: float) -> Place | None:
+def _stepped_off(
+    problem: Problem, at: CurvePoint, normal: Array, length: float
+) -> CurvePoint | None:
     """The motion at a distance along the second direction, unless it is on the known branch."""
     guess = at.at.moved(at.metric.unscaled(normal), length)
     found = problem.solve(FixedArc(at.metric, at.at, normal, length), guess)
     if not found.converged:
         return None
-    way = at.metric.between(at.at, unknowns(found))
+    way = at.metric.between(at.at, found.at)
     if _distance_from_known(problem, at, way) < _SAME * length:
         return None
     equations = problem.about(found.omega)
-    reached = place(equations, found, way)
+    reached = curve_point(equations, found, way)
     ahead = reached.metric.scaled(at.metric.unscaled(way))
     return reached if reached.tangent @ ahead > 0 else reached.turned()
 
 
-def _distance_from_known(problem: Problem, at: Place, way: Array) -> float:
+def _distance_from_known(problem: Problem, at: CurvePoint, way: Array) -> float:
     """Distance of a motion from the one of the known branch that is as far along the tangent."""
     along = float(way @ at.tangent)
     guess: Unknowns = at.at.moved(at.metric.unscaled(at.tangent), along)
     known = problem.solve(FixedArc(at.metric, at.at, at.tangent, along), guess)
     if not known.converged:
         return float(np.linalg.norm(way - along * at.tangent))
-    return float(np.linalg.norm(way - at.metric.between(at.at, unknowns(known))))
+    return float(np.linalg.norm(way - at.metric.between(at.at, known.at)))

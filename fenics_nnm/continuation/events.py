@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.continuation.arc_length import Metric, Place, Problem, null_space, place, unknowns
+from fenics_nnm.continuation.arc_length import CurvePoint, Metric, Problem, curve_point, null_space
 from fenics_nnm.continuation.segment import NotOnSegmentError, Segment
-from fenics_nnm.nonlinear.newton import Solution, Unknowns
+from fenics_nnm.nonlinear.conditions import Quantity
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: Slopes d ln gamma / ds and d ln omega / ds below this are round-off: the branch is level there.
 _LEVEL = 1e-9
@@ -30,12 +31,21 @@ _BESIDE = 1e-2
 _ZERO = 1e-6
 
 
-class EventKind(StrEnum):
-    """What happens at a point of a branch."""
+@dataclass(frozen=True, slots=True)
+class EventTest:
+    """A function of the points of a branch that changes sign at an event.
 
-    FOLD_IN_GAMMA = "fold in gamma"
-    FOLD_IN_OMEGA = "fold in omega"
-    BRANCH_POINT = "branch point"
+    Attributes:
+        kind: What happens there, in words.
+        value: From equations and a point to the function.
+        may_change: From the points at both ends of a step to whether it may change sign between.
+        located_with_kernel: Whether the null space belongs to the event.
+    """
+
+    kind: str
+    value: Callable[[Problem, CurvePoint], float]
+    may_change: Callable[[CurvePoint, CurvePoint], bool] = lambda first, second: True
+    located_with_kernel: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,19 +53,19 @@ class Event:
     """A point of a branch where it turns back or meets another.
 
     Attributes:
-        kind: Kind.
-        place: The point.
+        kind: What happens, in words.
+        point: The point.
         bracket: Length of the branch to which it is located.
-        at_kink: Whether the quantity that tells the event jumps through zero instead of passing it:
+        at_kink: Whether the function that shows the event jumps through zero instead of passing it:
             contact opens or closes at a sample there, and the point is bracketed, no more.
         singular_values: The smallest singular values of the scaled Jacobian, ascending; the first
             belongs to the tangent and is 0. Empty for folds.
         kernel: Directions of the null space besides the tangent, unit vectors in the scaled
-            unknowns of the place, as rows; none for folds, and for branch points at kinks.
+            unknowns of the point, as rows; none for folds, and for branch points at kinks.
     """
 
-    kind: EventKind
-    place: Place
+    kind: str
+    point: CurvePoint
     bracket: float
     at_kink: bool
     singular_values: Array = field(default_factory=lambda: np.empty(0))
@@ -64,7 +74,7 @@ class Event:
     @property
     def solution(self) -> Solution:
         """Motion at the event."""
-        return self.place.solution
+        return self.point.solution
 
 
 def branch_point_at(problem: Problem, solution: Solution, along: Unknowns) -> Event:
@@ -76,28 +86,24 @@ def branch_point_at(problem: Problem, solution: Solution, along: Unknowns) -> Ev
         along: Direction of the known branch.
     """
     equations = problem.about(solution.omega)
-    metric = Metric.about(equations, unknowns(solution))
+    metric = Metric.about(equations, solution.at)
     way = metric.scaled(along)
-    at = replace(place(equations, solution, way), tangent=way / np.linalg.norm(way))
+    at = replace(curve_point(equations, solution, way), tangent=way / np.linalg.norm(way))
     values, kernel = _kernel(problem, at)
-    return Event(EventKind.BRANCH_POINT, at, 0.0, not len(kernel), values, kernel)
+    return Event(BRANCH_POINT.kind, at, 0.0, not len(kernel), values, kernel)
 
 
-def gamma_slope(problem: Problem, point: Place) -> float:
-    """Slope d ln gamma / ds along the tangent."""
-    solution, step = point.solution, point.metric.unscaled(point.tangent)
-    equations = problem.about(solution.omega)
-    by_q, by_omega = equations.gamma_gradient(solution.q, solution.omega)
-    slope = float(np.sum(by_q * step.q)) + by_omega * step.omega
-    return slope / equations.gamma(solution.q, solution.omega)
+def fold(quantity: Quantity) -> EventTest:
+    """Where a quantity has an extremum along the branch: its slope d ln / ds changes sign."""
+
+    def slope(problem: Problem, point: CurvePoint) -> float:
+        equations, step = problem.about(point.solution.omega), point.metric.unscaled(point.tangent)
+        return quantity.slope(equations, point.solution, step)
+
+    return EventTest(f"fold in {quantity.name}", slope)
 
 
-def omega_slope(problem: Problem, point: Place) -> float:
-    """Slope d ln omega / ds along the tangent."""
-    return float(point.tangent[-1])
-
-
-def branching(problem: Problem, point: Place) -> float:
+def branching(problem: Problem, point: CurvePoint) -> float:
     """Smallest singular value of the Jacobian besides that of the tangent, with a sign.
 
     The sign is that of the determinant of the bordered Jacobian.
@@ -107,8 +113,17 @@ def branching(problem: Problem, point: Place) -> float:
     return point.orientation * float(values[1])
 
 
+#: Where another branch crosses; most steps can be told from one without singular values.
+BRANCH_POINT = EventTest(
+    "branch point",
+    branching,
+    lambda first, second: first.orientation * second.orientation < 0,
+    located_with_kernel=True,
+)
+
+
 def events_on(
-    segment: Segment, tolerance: float, *, located: bool = True
+    segment: Segment, tests: Sequence[EventTest], tolerance: float, *, located: bool = True
 ) -> list[tuple[float, Event]]:
     """Events between two points of a branch with their fractions of the chord, in order.
 
@@ -116,49 +131,42 @@ def events_on(
 
     Args:
         segment: The piece of the branch.
+        tests: What to look for.
         tolerance: Length to which events are located.
-        located: Else they are only told, at the end of the segment.
+        located: Else they are only reported, at the end of the segment.
 
     Raises:
         NotOnSegmentError: if one cannot be located.
     """
     first, second = segment.first, segment.second
     found = []
-    for kind, value in (
-        (EventKind.FOLD_IN_GAMMA, gamma_slope),
-        (EventKind.FOLD_IN_OMEGA, omega_slope),
-        (EventKind.BRANCH_POINT, branching),
-    ):
-        if kind is EventKind.BRANCH_POINT and first.orientation * second.orientation >= 0:
-            continue  # the common case, without singular values
-        ends = value(segment.problem, first), value(segment.problem, second)
+    for test in tests:
+        if not test.may_change(first, second):
+            continue
+        ends = test.value(segment.problem, first), test.value(segment.problem, second)
         if ends[0] * ends[1] < 0 and min(map(abs, ends)) > _LEVEL:
             if located:
-                found.append(_located(segment, kind, value, ends, tolerance))
+                found.append(_located(segment, test, ends, tolerance))
             else:
-                found.append((1.0, Event(kind, second, segment.length, at_kink=True)))
+                found.append((1.0, Event(test.kind, second, segment.length, at_kink=True)))
     return sorted(found, key=lambda item: item[0])
 
 
 def _located(
-    segment: Segment,
-    kind: EventKind,
-    value: Callable[[Problem, Place], float],
-    ends: tuple[float, float],
-    tolerance: float,
+    segment: Segment, test: EventTest, ends: tuple[float, float], tolerance: float
 ) -> tuple[float, Event]:
-    problem = segment.problem
+    problem, value = segment.problem, test.value
     fraction = segment.zero(lambda point: value(problem, point), 0.0, 1.0, tolerance)
     at = segment.at(fraction)
     jumps = abs(value(problem, at)) > _JUMP * min(map(abs, ends))
     if jumps:
         _check_continuity(segment, fraction, tolerance)
-    if kind is not EventKind.BRANCH_POINT:
-        return fraction, Event(kind, at, tolerance, jumps)
+    if not test.located_with_kernel:
+        return fraction, Event(test.kind, at, tolerance, jumps)
     at = replace(at, tangent=_tangent(segment, fraction))
     values, kernel = _kernel(problem, at)
     kernel = np.empty((0, at.tangent.size)) if jumps else kernel
-    return fraction, Event(kind, at, tolerance, jumps, values, kernel)
+    return fraction, Event(test.kind, at, tolerance, jumps, values, kernel)
 
 
 def _check_continuity(segment: Segment, fraction: float, tolerance: float) -> None:
@@ -182,7 +190,7 @@ def _tangent(segment: Segment, fraction: float) -> Array:
     return np.asarray(chord / np.linalg.norm(chord))
 
 
-def _kernel(problem: Problem, point: Place) -> tuple[Array, Array]:
+def _kernel(problem: Problem, point: CurvePoint) -> tuple[Array, Array]:
     """Smallest singular values, and the null space besides the tangent."""
     equations = problem.about(point.solution.omega)
     values, vectors = null_space(equations, point.metric, point.solution)

@@ -14,18 +14,19 @@ from collections.abc import Iterator
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.continuation.arc_length import Place, Problem, evaluated, place
-from fenics_nnm.nonlinear.newton import Unknowns
+from fenics_nnm.continuation.arc_length import CurvePoint, Problem, curve_point
+from fenics_nnm.nonlinear.solution import evaluated
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: Number of motions about a corner that are looked at for the pieces that meet there.
 _PROBES = 24
 
 
-def ways_on(problem: Problem, here: Place, length: float) -> Iterator[tuple[Array, Unknowns]]:
+def ways_on(problem: Problem, here: CurvePoint, length: float) -> Iterator[tuple[Array, Unknowns]]:
     """Directions past a kink less than a length ahead, each with a guess; the likeliest first.
 
     Directions are unit vectors in the scaled unknowns about the point. Where more than two pieces
-    meet the orientation tells nothing: the ways that turn least come first.
+    meet the orientation says nothing: the ways that turn least come first.
     """
     ahead = here.at.moved(here.metric.unscaled(here.tangent), length)
     likely = _tangent(problem, here, ahead)
@@ -37,17 +38,17 @@ def ways_on(problem: Problem, here: Place, length: float) -> Iterator[tuple[Arra
         yield direction, here.at.moved(here.metric.unscaled(direction), length)
 
 
-def _tangent(problem: Problem, here: Place, probe: Unknowns) -> Array:
+def _tangent(problem: Problem, here: CurvePoint, probe: Unknowns) -> Array:
     """Tangent of the piece that a motion lies in, with the orientation of the point."""
     equations = problem.about(probe.omega)
-    found = place(equations, evaluated(equations, probe), here.tangent)
+    found = curve_point(equations, evaluated(equations, probe), here.tangent)
     led = found if found.orientation * here.orientation >= 0 else found.turned()
     direction = here.metric.scaled(led.metric.unscaled(led.tangent))
     return np.asarray(direction / np.linalg.norm(direction))
 
 
 def _other_pieces(
-    problem: Problem, here: Place, length: float, ahead: Unknowns
+    problem: Problem, here: CurvePoint, length: float, ahead: Unknowns
 ) -> Iterator[Unknowns]:
     """Motions about a point, one for each set of samples and points in contact, besides `ahead`."""
     known = {_contact(problem, here.at), _contact(problem, ahead)}
@@ -63,5 +64,5 @@ def _other_pieces(
 
 def _contact(problem: Problem, at: Unknowns) -> bytes:
     """Which points are in contact at which samples."""
-    forces = problem.about(at.omega).forces(at.q, at.omega)
+    forces = problem.about(at.omega).forces(at)
     return (forces.force > 0).tobytes()

@@ -9,8 +9,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.continuation.arc_length import FixedArc, Metric, Place, Problem, place
-from fenics_nnm.nonlinear.newton import Constraint, Solution, Unknowns
+from fenics_nnm.continuation.arc_length import CurvePoint, FixedArc, Metric, Problem, curve_point
+from fenics_nnm.nonlinear.conditions import Condition
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: A motion that is farther from its guess than this part of the segment is not on it.
 _FARTHEST = 0.5
@@ -25,7 +27,7 @@ class NotOnSegmentError(ArithmeticError):
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """Motions between two points, told by the fraction of the chord that leads to them.
+    """Motions between two points, by the fraction of the chord that leads to them.
 
     Attributes:
         problem: Equations.
@@ -34,8 +36,8 @@ class Segment:
     """
 
     problem: Problem
-    first: Place
-    second: Place
+    first: CurvePoint
+    second: CurvePoint
 
     @property
     def chord(self) -> Array:
@@ -52,7 +54,7 @@ class Segment:
         """Length of the chord."""
         return float(np.linalg.norm(self.chord))
 
-    def at(self, fraction: float) -> Place:
+    def at(self, fraction: float) -> CurvePoint:
         """The point over a fraction of the chord.
 
         Raises:
@@ -64,14 +66,14 @@ class Segment:
         arc = FixedArc(self.metric, self.first.at, direction, fraction * self.length)
         return self.solved(arc, self.guess(fraction))
 
-    def solved(self, constraint: Constraint, guess: Unknowns) -> Place:
-        """The point of the segment that obeys a constraint.
+    def solved(self, condition: Condition, guess: Unknowns) -> CurvePoint:
+        """The point of the segment that obeys a condition.
 
         Raises:
             NotOnSegmentError: if there is none near the guess.
         """
-        found = self.problem.solve(constraint, guess)
-        distance = np.linalg.norm(self.metric.between(guess, Unknowns(found.q, found.omega)))
+        found = self.problem.solve(condition, guess)
+        distance = np.linalg.norm(self.metric.between(guess, found.at))
         if not found.converged or distance > _FARTHEST * self.length:
             raise NotOnSegmentError(found.failure or "another motion")
         return self._placed(found)
@@ -87,7 +89,7 @@ class Segment:
         return self.first.at.moved(self.metric.unscaled(way), 1.0)
 
     def zero(
-        self, function: Callable[[Place], float], low: float, high: float, tolerance: float
+        self, function: Callable[[CurvePoint], float], low: float, high: float, tolerance: float
     ) -> float:
         """Fraction where a function of the points, of opposite signs at the ends, changes sign.
 
@@ -95,7 +97,7 @@ class Segment:
             function: Function of a point of the segment.
             low: Fraction at one end.
             high: Fraction at the other.
-            tolerance: Length to which the place is told.
+            tolerance: Length to which it is located.
 
         Raises:
             NotOnSegmentError: if a motion on the way is not found.
@@ -103,7 +105,7 @@ class Segment:
         width = max(tolerance / self.length, 4 * np.finfo(float).eps)
         return float(brentq(lambda fraction: function(self.at(fraction)), low, high, xtol=width))
 
-    def _slope(self, point: Place) -> Array:
+    def _slope(self, point: CurvePoint) -> Array:
         """Derivative of y by the fraction at an end; the chord where the tangent is across it."""
         chord, length = self.chord, self.length
         tangent = self.metric.scaled(point.metric.unscaled(point.tangent))
@@ -112,7 +114,7 @@ class Segment:
             return chord
         return np.asarray(tangent * length / (float(np.linalg.norm(tangent)) * cosine))
 
-    def _placed(self, found: Solution) -> Place:
+    def _placed(self, found: Solution) -> CurvePoint:
         equations = self.problem.about(found.omega)
-        metric = Metric.about(equations, Unknowns(found.q, found.omega))
-        return place(equations, found, metric.scaled(self.metric.unscaled(self.chord)))
+        metric = Metric.about(equations, found.at)
+        return curve_point(equations, found, metric.scaled(self.metric.unscaled(self.chord)))

@@ -8,37 +8,32 @@ must pass the test of the caller, must lead back, and what it seems to have pass
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import (
+    CurvePoint,
     FixedArc,
     Metric,
-    Place,
     Problem,
+    curve_point,
     null_space,
-    place,
-    unknowns,
 )
-from fenics_nnm.continuation.continuity import Continuity, StepTest
-from fenics_nnm.continuation.events import Event, events_on, gamma_slope, omega_slope
+from fenics_nnm.continuation.events import BRANCH_POINT, Event, EventTest, events_on
+from fenics_nnm.continuation.heading import Heading
 from fenics_nnm.continuation.kinks import ways_on
 from fenics_nnm.continuation.segment import NotOnSegmentError, Segment
-from fenics_nnm.continuation.trace_options import ArcLength, Heading, Predictor, Range
-from fenics_nnm.errors import ModelError
-from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.newton import (
-    Constraint,
-    FixedEnergy,
-    FixedFrequency,
-    Solution,
-    Unknowns,
-)
+from fenics_nnm.continuation.trace_options import ArcLength, Bound, Predictor
+from fenics_nnm.nonlinear.equations import Equations
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
-#: In a step shorter than this many smallest ones, events that are not found are told as they are.
+#: In a step shorter than this many smallest ones, events that are not found are left at its end.
 _SHORT = 4
 
 #: Why a step is refused that meets no other objection.
@@ -62,9 +57,6 @@ _ACROSS = 0.5
 #: A step that leads back along the branch has a cosine below this with the way ahead.
 _BACK = -0.99
 
-#: A slope below this tells no direction.
-_LEVEL = 1e-9
-
 #: Where that fails, it is looked for to this part of a step, by its place on the branch alone.
 _HIT = 1e-14
 
@@ -72,18 +64,50 @@ _HIT = 1e-14
 _ROUGH = 1e-3
 
 
+class End(StrEnum):
+    """Why a trace has ended."""
+
+    LEFT_RANGE = "a quantity leaves its range"
+    MOST_POINTS = "the largest number of steps was taken"
+    RULE = "the rules of the branch end it"
+    STUCK = "no step leads on"
+
+
+class Rules(Protocol):
+    """What a caller knows of the branch: steps that leave it, and where it ends."""
+
+    def refusal(self, equations: Equations, before: Solution, after: Solution) -> str:
+        """Why a step is not on the branch, or nothing."""
+
+    def end(self, before: Solution, after: Solution) -> str:
+        """Why the branch ends after a step, or nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoRules:
+    """A branch that nothing more is known of."""
+
+    def refusal(self, equations: Equations, before: Solution, after: Solution) -> str:
+        """No step is refused."""
+        return ""
+
+    def end(self, before: Solution, after: Solution) -> str:
+        """It ends nowhere."""
+        return ""
+
+
 @dataclass(frozen=True, slots=True)
 class TracePoint:
     """A point of the branch.
 
     Attributes:
-        place: The point with its tangent.
+        point: The point with its tangent.
         length: Length of the branch from its start.
         event: What happens there, or None.
         target: Whether it is one of the values to be hit.
     """
 
-    place: Place
+    point: CurvePoint
     length: float
     event: Event | None = None
     target: bool = False
@@ -91,16 +115,11 @@ class TracePoint:
     @property
     def solution(self) -> Solution:
         """Motion."""
-        return self.place.solution
+        return self.point.solution
 
 
-_Hit = tuple[float, Place, str]
+_Hit = tuple[float, CurvePoint, str]
 """Fraction of a step, point, and whether a range is left there: why the branch ends, or nothing."""
-
-_Span = tuple[
-    str, Range, Callable[[Solution], float], Callable[[float], FixedEnergy | FixedFrequency]
-]
-"""Name, range and value of what is bounded, and the constraint that fixes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,26 +133,26 @@ class _Step:
 
 @dataclass(slots=True)
 class Trace:
-    """Points along a branch, to be iterated over once; `reason` says why they end.
+    """Points along a branch, to be iterated over once; `end` and `reason` say why they end.
 
     Attributes:
         problem: Equations.
         start: Point to start from; it is not among the points.
         options: Configuration.
-        gamma: Range of gamma, with targets.
-        omega: Range of omega, with targets.
-        stop: From a motion to why the branch ends there, or nothing.
-        accept: Whether a step has stayed on the branch.
-        reason: Why the branch has ended, empty until then.
+        bounds: Quantities with their ranges and targets.
+        events: Events that are looked for.
+        rules: What the caller knows of the branch.
+        end: Why the branch has ended, None until then.
+        reason: The same in words, with figures.
     """
 
     problem: Problem
-    start: Place
+    start: CurvePoint
     options: ArcLength
-    gamma: Range
-    omega: Range
-    stop: Callable[[Solution], str]
-    accept: StepTest
+    bounds: tuple[Bound, ...]
+    events: tuple[EventTest, ...]
+    rules: Rules
+    end: End | None = None
     reason: str = ""
 
     def __iter__(self) -> Iterator[TracePoint]:
@@ -142,33 +161,29 @@ class Trace:
         for _ in range(self.options.points):
             step, length, failure = self._advanced(here, last, length)
             if step is None:
-                self.reason = failure
+                self._end(End.STUCK, failure)
                 return
             segment, reached = step.segment, step.segment.second
             for fraction, point in self._between(step):
                 yield TracePoint(
-                    point.place, travelled + fraction * segment.length, point.event, point.target
+                    point.point, travelled + fraction * segment.length, point.event, point.target
                 )
-                if self.reason:
+                if self.end:
                     return
             travelled += segment.length
             yield TracePoint(reached, travelled)
-            self.reason = self.stop(reached.solution) or self._comes_to_rest(here, reached)
-            if self.reason:
+            if ended := self.rules.end(here.solution, reached.solution):
+                self._end(End.RULE, ended)
                 return
             here, last = reached, here
-        self.reason = f"points = {self.options.points} steps were taken: raise it to go on"
+        taken = f"points = {self.options.points} steps were taken: raise it to go on"
+        self._end(End.MOST_POINTS, taken)
 
-    def _comes_to_rest(self, here: Place, reached: Place) -> str:
-        """Why there is nothing to be found on the way down a linear mode, or nothing."""
-        free = not (here.solution.energies.contact or reached.solution.energies.contact)
-        falls = _gamma(reached.solution) < _gamma(here.solution)
-        if free and falls and not self.gamma.low:
-            return "the branch has come to a linear mode without contact, and leads down to rest"
-        return ""
+    def _end(self, end: End, reason: str) -> None:
+        self.end, self.reason = end, reason
 
     def _advanced(
-        self, here: Place, last: Place | None, length: float
+        self, here: CurvePoint, last: CurvePoint | None, length: float
     ) -> tuple[_Step | None, float, str]:
         """The next step, the length to try after it, and why there is none."""
         direction, smallest, failure = self._direction(here, last), self.options.smallest_step, ""
@@ -189,22 +204,24 @@ class Trace:
         step = self._step(here, reached, past_kink=True) if reached is not None else None
         return step, 2 * smallest, failure if step else failure + self._looseness(here)
 
-    def _step(self, here: Place, reached: Place, *, past_kink: bool = False) -> _Step | None:
+    def _step(
+        self, here: CurvePoint, reached: CurvePoint, *, past_kink: bool = False
+    ) -> _Step | None:
         """A step with what lies on it; None where that is not found, and the step can be shorter.
 
         A change of orientation without a branch point between is a jump to another branch.
         """
         segment, tolerance = Segment(self.problem, here, reached), self.options.event_tolerance
         try:
-            events = events_on(segment, tolerance)
+            events = events_on(segment, self.events, tolerance)
             return _Step(segment, events, self._hits(segment, events))
         except NotOnSegmentError:
             if segment.length > _SHORT * self.options.smallest_step and not past_kink:
                 return None
-            told = events_on(segment, tolerance, located=False)
-            return _Step(segment, told, self._leaves(segment))
+            unlocated = events_on(segment, self.events, tolerance, located=False)
+            return _Step(segment, unlocated, self._leaves(segment))
 
-    def _direction(self, here: Place, last: Place | None) -> Array:
+    def _direction(self, here: CurvePoint, last: CurvePoint | None) -> Array:
         """Unit vector of the prediction in the scaled unknowns about a point."""
         if last is None or self.options.predictor is Predictor.TANGENT:
             return here.tangent
@@ -212,36 +229,36 @@ class Trace:
         return np.asarray(secant / np.linalg.norm(secant))
 
     def _reached(
-        self, here: Place, direction: Array, length: float, past_kink: Unknowns | None = None
-    ) -> tuple[Place | None, str]:
+        self, here: CurvePoint, direction: Array, length: float, past_kink: Unknowns | None = None
+    ) -> tuple[CurvePoint | None, str]:
         """The point a step away, from a guess past a kink or along the direction, or why not."""
         arc = FixedArc(here.metric, here.at, direction, length)
         guess = past_kink or here.at.moved(here.metric.unscaled(direction), length)
         found = self.problem.solve(arc, guess)
         if not found.converged:
             return None, f"Newton's iteration fails: {found.failure}"
-        way = here.metric.between(here.at, unknowns(found))
+        way = here.metric.between(here.at, found.at)
         turn = float(np.degrees(np.arccos(min(1.0, length / float(np.linalg.norm(way))))))
         if turn > (_LARGEST_TURN_AT_KINK if past_kink else self.options.largest_turn):
             return None, f"the branch turns by {turn:.0f} degrees in a step"
         equations = self.problem.about(found.omega)
-        refusal = self.accept(equations, here.solution, found)
+        refusal = self.rules.refusal(equations, here.solution, found)
         if refusal:
             return None, refusal
         return self._oriented(here, found, way), ""
 
-    def _oriented(self, here: Place, found: Solution, way: Array) -> Place:
+    def _oriented(self, here: CurvePoint, found: Solution, way: Array) -> CurvePoint:
         """A point reached by a step, with the tangent that leads on."""
         equations = self.problem.about(found.omega)
-        metric = Metric.about(equations, unknowns(found))
+        metric = Metric.about(equations, found.at)
         ahead = metric.scaled(here.metric.unscaled(way))
-        reached = place(equations, found, ahead)
+        reached = curve_point(equations, found, ahead)
         across = float(reached.tangent @ ahead) < _ACROSS * float(np.linalg.norm(ahead))
         if across and reached.orientation * here.orientation < 0:
             return reached.turned()
         return reached
 
-    def _looseness(self, here: Place) -> str:
+    def _looseness(self, here: CurvePoint) -> str:
         """What the null space says of a point that the branch does not leave."""
         equations = self.problem.about(here.solution.omega)
         values, _ = null_space(equations, here.metric, here.solution)
@@ -253,7 +270,7 @@ class Trace:
             " frequencies that are multiples of this frequency"
         )
 
-    def _leads_back(self, here: Place, reached: Place) -> bool:
+    def _leads_back(self, here: CurvePoint, reached: CurvePoint) -> bool:
         """Whether a step back from a point, along its own tangent, finds the one before.
 
         Where it does not, the step is likely to have led to another branch.
@@ -263,10 +280,10 @@ class Trace:
         guess = reached.at.moved(reached.metric.unscaled(reached.tangent), -length)
         arc = FixedArc(reached.metric, reached.at, way / length, -length)
         found = self.problem.solve(arc, guess)
-        missed = np.linalg.norm(reached.metric.between(here.at, unknowns(found)))
+        missed = np.linalg.norm(reached.metric.between(here.at, found.at))
         return found.converged and float(missed) < _RETURNED * length
 
-    def _past_kink(self, here: Place) -> Place | None:
+    def _past_kink(self, here: CurvePoint) -> CurvePoint | None:
         """A point beyond a kink that is less than the smallest step ahead."""
         for multiple in _PAST_KINK:
             length = multiple * self.options.smallest_step
@@ -280,16 +297,17 @@ class Trace:
 
     def _between(self, step: _Step) -> Iterator[tuple[float, TracePoint]]:
         """Events and hit targets within a step, in order, with their fractions of the step."""
-        events = [(at, TracePoint(event.place, 0.0, event), "") for at, event in step.events]
+        events = [(at, TracePoint(event.point, 0.0, event), "") for at, event in step.events]
         hits = [(at, TracePoint(hit, 0.0, target=True), leaves) for at, hit, leaves in step.hits]
         for fraction, point, leaves in sorted([*hits, *events], key=lambda item: item[0]):
-            self.reason = leaves
+            if leaves:
+                self._end(End.LEFT_RANGE, leaves)
             yield fraction, point
             if leaves:
                 return
 
     def _hits(self, segment: Segment, events: list[tuple[float, Event]]) -> list[_Hit]:
-        """Points where gamma or omega, monotonic between two events, has a wanted value.
+        """Points where a bounded quantity, monotonic between two events, has a wanted value.
 
         Raises:
             NotOnSegmentError: if one is not found.
@@ -297,122 +315,71 @@ class Trace:
         found, fractions = [], [0.0, *(fraction for fraction, _ in events), 1.0]
         for low, high in itertools.pairwise(fractions):
             ends = segment.at(low).solution, segment.at(high).solution
-            for name, span, value_of, fixed in self._spans:
-                rising = value_of(ends[1]) - value_of(ends[0])
-                for value in span.between(value_of(ends[0]), value_of(ends[1])):
-                    fraction, at = _hit(segment, value_of, fixed, value, low, high)
-                    found.append((fraction, at, _leaving(name, span, value, rising)))
+            for bound in self.bounds:
+                first, last = map(bound.quantity.value, ends)
+                for value in bound.range.between(first, last):
+                    fraction, at = _hit(segment, bound, value, (low, high))
+                    found.append((fraction, at, bound.leaving(value, last - first)))
         return found
 
     def _leaves(self, segment: Segment) -> list[_Hit]:
         """The end of a segment, if a range is left on it."""
-        first, second = segment.first.solution, segment.second.solution
-        for name, span, value_of, _ in self._spans:
-            rising = value_of(second) - value_of(first)
-            for value in span.between(value_of(first), value_of(second)):
-                if leaves := _leaving(name, span, value, rising):
+        for bound in self.bounds:
+            first = bound.quantity.value(segment.first.solution)
+            last = bound.quantity.value(segment.second.solution)
+            for value in bound.range.between(first, last):
+                if leaves := bound.leaving(value, last - first):
                     return [(1.0, segment.second, leaves)]
         return []
 
-    @property
-    def _spans(self) -> tuple[_Span, _Span]:
-        return (
-            ("gamma", self.gamma, _gamma, FixedEnergy),
-            ("omega", self.omega, _omega, FixedFrequency),
-        )
-
 
 def trace(
-    problem: Problem | Equations,
+    problem: Problem,
     start: Solution,
-    heading: Heading | Unknowns,
+    heading: Heading,
     *,
     options: ArcLength | None = None,
-    gamma: Range | None = None,
-    omega: Range | None = None,
-    stop: Callable[[Solution], str] = lambda solution: "",
-    accept: StepTest | None = None,
+    bounds: Sequence[Bound] = (),
+    events: Sequence[EventTest] = (BRANCH_POINT,),
+    rules: Rules | None = None,
 ) -> Trace:
     """Follow a branch from a motion.
 
     Args:
-        problem: Equations, or how to have them about a frequency.
+        problem: Equations about any frequency.
         start: A motion that solves them.
-        heading: Which way to go: the sign of the first change of gamma or omega, or a direction.
+        heading: Which way to go.
         options: Configuration.
-        gamma: Range of gamma, with targets.
-        omega: Range of omega, with targets.
-        stop: From a motion to why the branch ends there, or nothing.
-        accept: Whether a step has stayed on the branch.
+        bounds: Quantities with their ranges and targets.
+        events: Events to look for.
+        rules: What is known of the branch.
 
     Raises:
-        ModelError: if the heading tells no direction at the start.
+        ModelError: if the heading shows no direction at the start.
     """
-    options = options or ArcLength()
-    if not isinstance(problem, Problem):
-        problem = Problem.of(problem, options.newton)
     return Trace(
         problem=problem,
-        start=start_place(problem, start, heading),
-        options=options,
-        gamma=gamma or Range(),
-        omega=omega or Range(),
-        stop=stop,
-        accept=accept or Continuity(),
+        start=heading.first(problem, start),
+        options=options or ArcLength(),
+        bounds=tuple(bounds),
+        events=tuple(events),
+        rules=rules or NoRules(),
     )
 
 
-def start_place(problem: Problem, start: Solution, heading: Heading | Unknowns) -> Place:
-    """A motion with the tangent that leads the wanted way.
-
-    Raises:
-        ModelError: if the heading tells no direction.
-    """
-    equations = problem.about(start.omega)
-    metric = Metric.about(equations, unknowns(start))
-    if isinstance(heading, Unknowns):
-        return place(equations, start, metric.scaled(heading))
-    _, vectors = null_space(equations, metric, start)
-    first = place(equations, start, vectors[0])
-    by_gamma = heading in (Heading.GAMMA_UP, Heading.GAMMA_DOWN)
-    slope = (gamma_slope if by_gamma else omega_slope)(problem, first)
-    if abs(slope) < _LEVEL:
-        raise ModelError(f'heading "{heading}": the branch is level there; head by the other')
-    up = heading in (Heading.GAMMA_UP, Heading.OMEGA_UP)
-    return first if (slope > 0) == up else first.turned()
-
-
-def _leaving(name: str, span: Range, value: float, rising: float) -> str:
-    """That a range is left at a value, or nothing."""
-    return f"{name} leaves its range at {value:g}" if span.left_at(value, rising) else ""
-
-
-def _gamma(solution: Solution) -> float:
-    return solution.energies.gamma
-
-
-def _omega(solution: Solution) -> float:
-    return solution.omega
-
-
 def _hit(
-    segment: Segment,
-    value_of: Callable[[Solution], float],
-    fixed: Callable[[float], Constraint],
-    value: float,
-    low: float,
-    high: float,
-) -> tuple[float, Place]:
-    """Fraction and point where gamma or omega has a value, between two fractions."""
+    segment: Segment, bound: Bound, value: float, between: tuple[float, float]
+) -> tuple[float, CurvePoint]:
+    """Fraction and point where a quantity has a value, between two fractions."""
 
-    def missing(point: Place) -> float:
-        return value_of(point.solution) / value - 1
+    def missing(point: CurvePoint) -> float:
+        return bound.quantity.value(point.solution) / value - 1
 
     for tolerance in (_ROUGH * segment.length, _HIT * segment.length):
-        fraction = segment.zero(missing, low, high, tolerance)
+        fraction = segment.zero(missing, *between, tolerance)
         near = segment.at(fraction)
         try:
-            exact = segment.solved(fixed(value), near.at)
+            exact = segment.solved(bound.quantity.fixed(value), near.at)
         except NotOnSegmentError:
             continue
         return fraction, exact

@@ -1,4 +1,4 @@
-"""What to ask of the tracing of a branch: steps, direction, range and targets."""
+"""What to ask of the tracing of a branch: steps, ranges and targets."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.conditions import Quantity
 from fenics_nnm.nonlinear.newton import Newton
 
 
@@ -14,15 +15,6 @@ class Predictor(StrEnum):
 
     TANGENT = "tangent"
     SECANT = "secant"
-
-
-class Heading(StrEnum):
-    """Which way a branch is followed at first."""
-
-    GAMMA_UP = "gamma up"
-    GAMMA_DOWN = "gamma down"
-    OMEGA_UP = "omega up"
-    OMEGA_DOWN = "omega down"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +60,7 @@ class ArcLength:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Values of gamma or omega to stay within, and those to hit exactly.
+    """Values of a quantity to stay within, and those to hit exactly.
 
     The ends of the range are hit, too: there the branch ends.
     """
@@ -87,3 +79,21 @@ class Range:
     def left_at(self, value: float, slope: float) -> bool:
         """Whether the range is left at a value that changes with this slope."""
         return (value == self.high and slope > 0) or (value == self.low and slope < 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A quantity and the range that a branch stays in.
+
+    Attributes:
+        quantity: Quantity.
+        range: Range of its values, with targets.
+    """
+
+    quantity: Quantity
+    range: Range
+
+    def leaving(self, value: float, rising: float) -> str:
+        """That the range is left at a value that changes with this slope, or nothing."""
+        left = self.range.left_at(value, rising)
+        return f"{self.quantity.name} leaves its range at {value:g}" if left else ""

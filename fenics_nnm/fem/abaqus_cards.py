@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 
 #: Deepest chain of *INCLUDE; a longer one includes itself.
 _DEEPEST = 20
@@ -50,11 +50,13 @@ def cards(path: Path, depth: int = 0) -> Iterator[Card]:
         MeshError: if a file cannot be read.
     """
     if depth > _DEEPEST:
-        raise MeshError(f"mesh.file = {path}: includes itself")
+        raise MeshError(f"mesh file {path}: includes itself", code=Code.MESH_FILE)
     try:
         lines = path.read_bytes().decode("utf-8", errors="replace").splitlines()
     except OSError as error:
-        raise MeshError(f"mesh.file = {path}: cannot be read: {error.strerror}") from error
+        raise MeshError(
+            f"mesh file {path}: cannot be read: {error.strerror}", code=Code.MESH_FILE
+        ) from error
     current: Card | None = None
     heads = _continued(lines)
     for number, line in heads:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.abaqus_cards import Card, cards, real_number, whole_number
 from fenics_nnm.fem.abaqus_sets import Label, Model, name_set
 from fenics_nnm.fem.foreign_mesh import KINDS, ForeignMesh
@@ -80,7 +80,7 @@ def read_abaqus(path: Path) -> ForeignMesh:
         _place(model, parts[part], name, card)
         _place(model, parts[f"\n{name.upper()}"], name, None)
     if not model.elements:
-        raise MeshError(f"mesh.file = {path}: holds no *ELEMENT")
+        raise MeshError(f"mesh file {path}: holds no *ELEMENT", code=Code.MESH_FILE)
     _name_sets(model, parts, [(name, part) for name, part, _ in instances])
     return _foreign(path, model)
 
@@ -177,13 +177,19 @@ def _foreign(path: Path, model: Model) -> ForeignMesh:
     place: dict[Label, tuple[str, int]] = {}
     for label, (kind, nodes) in model.elements.items():
         if any(n not in node for n in nodes):
-            raise MeshError(f"mesh.file = {path}: element {label[1]} has a node without *NODE")
+            raise MeshError(
+                f"mesh file {path}: element {label[1]} has a node without *NODE",
+                code=Code.MESH_FILE,
+            )
         rows = kinds.setdefault(kind, [])
         place[label] = kind, len(rows)
         rows.append([node[n] for n in nodes])
     dims = {KINDS[kind][0] for kind in kinds}
     if dims >= {1, 3}:
-        raise MeshError(f"mesh.file = {path}: has trusses beside solids: must be solids alone")
+        raise MeshError(
+            f"mesh file {path}: has trusses beside solids: must be solids alone",
+            code=Code.MESH_FILE,
+        )
     sets: dict[str, dict[str, Indices]] = {}
     for key, labels in model.element_sets.items():
         for kind in kinds:

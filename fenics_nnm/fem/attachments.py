@@ -32,6 +32,8 @@ class Attachment:
         point: Coordinates in m that the nearest vertex is taken to; empty for facets.
         facets: Names of groups of facets that it is spread over evenly; empty for a point.
         per_area: Whether values are per area of the facets.
+        cubic: Cubic stiffness of springs along each axis in N/m^3, that of all facets together and
+            of their mean displacement, shape (dim,); empty for none.
     """
 
     key: str
@@ -40,6 +42,7 @@ class Attachment:
     point: tuple[float, ...] = ()
     facets: tuple[str, ...] = ()
     per_area: bool = False
+    cubic: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, TypeVar
-
-from mpi4py import MPI
+from dataclasses import dataclass, field
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.parallel import conducted
-
-Key = TypeVar("Key")
-Outcome = TypeVar("Outcome")
 
 #: Bytes of the rows that are made together, unless one row has more.
 AT_ONCE = 2**24
@@ -44,35 +37,14 @@ class Blocks:
             yield slice(start, min(start + step, self.shape[0]))
 
 
-Data = Mapping[str, Array | Blocks]
-"""Data sets by their place in a file, such as "mesh/points"."""
+@dataclass(frozen=True, slots=True)
+class Data:
+    """Data sets by their place in a file, such as "mesh/points".
 
-
-def led(
-    comm: MPI.Comm,
-    data: Mapping[Key, Array | Blocks],
-    work: Callable[[Mapping[Key, Any]], Outcome],
-) -> Outcome:
-    """Do `work` on rank 0 with data sets whose blocks all ranks make when it asks for them.
-
-    Args:
-        comm: Communicator of the ranks.
-        data: Data sets; the blocks are on all ranks.
-        work: Work of rank 0.
-
-    Returns:
-        What `work` gave, on every rank; or its error is raised on every rank.
+    Attributes:
+        arrays: Those that are in memory, on rank 0 at least.
+        blocks: Those that all ranks make together.
     """
-    blocks = {name: each for name, each in data.items() if isinstance(each, Blocks)}
 
-    def joint(asked: tuple[Key, slice]) -> Array:
-        name, rows = asked
-        return blocks[name].rows(rows)
-
-    def conduct(together: Callable[[tuple[Key, slice]], Array]) -> Outcome:
-        def of(name: Key) -> Blocks:
-            return replace(blocks[name], rows=lambda rows: together((name, rows)))
-
-        return work({**data, **{name: of(name) for name in blocks}})
-
-    return conducted(comm, conduct, joint)
+    arrays: Mapping[str, Array]
+    blocks: Mapping[str, Blocks] = field(default_factory=dict)

@@ -9,6 +9,7 @@ import gmsh
 
 from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
 from fenics_nnm.fem.native import Limits, in_own_process
+from fenics_nnm.fem.native_errors import GeometryErrors
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.geometry import Geometry
 
@@ -24,14 +25,14 @@ class BuildGeometry:
     geometry: Geometry
 
     @property
-    def what(self) -> str:
-        """The key of the geometry."""
-        return f'mesh.model "{self.geometry.model}"'
+    def errors(self) -> GeometryErrors:
+        """Errors of the geometry."""
+        return GeometryErrors(self.geometry.model)
 
     @property
     def advice(self) -> str:
         """What to try."""
-        return "try another element_size, sections that change less, or a smaller fillet"
+        return "try another element size, sections that change less, or a smaller fillet"
 
     @property
     def trusted(self) -> bool:
@@ -49,13 +50,13 @@ class BuildGeometry:
             GeometryError: if the geometry cannot be made.
             MeshError: if its mesh cannot be used.
         """
-        with gmsh_session(self.what, talks=True):
+        with gmsh_session(self.errors.what, talks=True):
             return self.mesh()
 
     def mesh(self) -> RawMesh:
         """Make and mesh it in the current gmsh model."""
         self.geometry.build(gmsh.model)
-        return extracted(self.what)
+        return extracted(self.errors.what)
 
 
 def built_in(geometry: Geometry) -> RawMesh:
@@ -68,5 +69,5 @@ def built_in(geometry: Geometry) -> RawMesh:
     job = BuildGeometry(geometry)
     if geometry.native:
         return in_own_process(job, Limits())
-    with gmsh_session(job.what):
+    with gmsh_session(job.errors.what):
         return job.mesh()

@@ -30,11 +30,13 @@ class Refined:
         facets: Names of groups.
         size: Edge length at the facets.
         distance: Distance over which the edge length grows to that of the rest.
+        key: What messages call the names.
     """
 
     facets: tuple[str, ...]
     size: float
     distance: float
+    key: str = "refined facets"
 
 
 def read_cad(
@@ -78,7 +80,7 @@ def read_cad(
 
 def _samples(coarse: TaggedMesh, part: Refined, spacing: float) -> Array:
     """Points in m all over the facets, at most about `spacing` apart, shape (n, dim)."""
-    facets = coarse.facets_of(part.facets, "mesh.refine.facets")
+    facets = coarse.facets_of(part.facets, part.key)
     surface = boundary(coarse.mesh)
     corners = surface.corners[surface.mask(facets) != 0]
     longest = float(surface.sizes.max())

@@ -12,11 +12,12 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.cad_units import declared_unit
-from fenics_nnm.fem.curved import straighten
+from fenics_nnm.fem.curved import mend
 from fenics_nnm.fem.given_file import PrivateFolder
 from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
+from fenics_nnm.fem.native_errors import FileErrors
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.geometry.parameters import METRES
 
@@ -83,16 +84,16 @@ class MeshCad:
     near: tuple[Near, ...] = ()
 
     @property
-    def what(self) -> str:
-        """The key of the file."""
-        return f"mesh.file = {self.cad.path}"
+    def errors(self) -> FileErrors:
+        """Errors of the file."""
+        return FileErrors(self.cad.path)
 
     @property
     def advice(self) -> str:
         """What to try."""
-        order = ", mesh.order = 1" if self.cad.order == 2 else ""
+        order = ", elements of order 1" if self.cad.order == 2 else ""
         return (
-            f"try another element_size{order}, or heal the geometry (edges much shorter than the "
+            f"try another element size{order}, or heal the geometry (edges much shorter than the "
             "rest, faces that overlap) and export it again"
         )
 
@@ -118,7 +119,7 @@ class MeshCad:
             _name_entities(name, dim)
             _check_size(self.cad, dim)
             with _smaller(self.cad, self.near, dim):
-                _generate(self.cad, dim)
+                _generate(self.cad, dim, folder)
             return extracted(name)
 
 
@@ -130,15 +131,18 @@ def _open(cad: Cad, folder: PrivateFolder, *, trusted: bool) -> None:
         _merge_sewn(given, declared or "mm")
     except Exception as error:  # gmsh raises bare Exception
         reason = str(error).replace(str(given), str(cad.path))
-        raise MeshError(f"mesh.file = {cad.path}: gmsh cannot read it: {reason}") from error
+        raise MeshError(
+            f"mesh file {cad.path}: gmsh cannot read it: {reason}", code=Code.MESH_FILE
+        ) from error
     if gmsh.model.getDimension() < 1:
-        raise MeshError(f"mesh.file = {cad.path}: holds no geometry")
+        raise MeshError(f"mesh file {cad.path}: holds no geometry", code=Code.MESH_FILE)
     if declared and declared != cad.length_unit and not cad.trust:
         raise MeshError(
-            f'mesh.length_unit = "{cad.length_unit}": {cad.path} declares "{declared}": must be '
+            f'length unit "{cad.length_unit}": {cad.path} declares "{declared}": must be '
             f"that, with a body of {_extent(declared)}; or, if its numbers are in "
             f"{cad.length_unit} all the same, with a body of {_extent(cad.length_unit)}, "
-            "ignore_declared_unit = true"
+            "the declared unit must be ignored",
+            code=Code.LENGTH_UNIT,
         )
 
 
@@ -234,12 +238,13 @@ def _check_size(cad: Cad, dim: int) -> None:
     count = 6 * volume / cad.element_size**dim
     if count > _MOST_ELEMENTS:
         raise MeshError(
-            f"mesh.element_size = {cad.element_size:g}: gives about {count:.2g} elements: the body "
-            f"has {_extent(cad.length_unit)}: must be larger"
+            f"element size = {cad.element_size:g}: gives about {count:.2g} elements: the body "
+            f"has {_extent(cad.length_unit)}: must be larger",
+            code=Code.ELEMENT_SIZE,
         )
 
 
-def _generate(cad: Cad, dim: int) -> None:
+def _generate(cad: Cad, dim: int, folder: Path) -> None:
     """Mesh the current model."""
     options: dict[str, float] = {"Mesh.ElementOrder": cad.order}
     if cad.element_size is not None:
@@ -252,11 +257,12 @@ def _generate(cad: Cad, dim: int) -> None:
         gmsh.model.mesh.generate(dim)
     except Exception as error:  # gmsh raises bare Exception
         raise MeshError(
-            f"mesh.file = {cad.path}: gmsh cannot mesh it: {error}: heal the geometry, or change "
-            "element_size"
+            f"mesh file {cad.path}: gmsh cannot mesh it: {error}: heal the geometry, or change "
+            "the element size",
+            code=Code.MESHING,
         ) from error
     if cad.order == 2:
-        straighten(dim)
+        mend(cad.path, dim, folder)
 
 
 @contextmanager

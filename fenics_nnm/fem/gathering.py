@@ -108,7 +108,7 @@ def gathered_basis(analysis: LinearAnalysis) -> Data:
     way, reduction = gathering(analysis.solid), analysis.reduction
     nodes, cells = way.mesh()
     elasticity, row = _elasticity(way)
-    body = {
+    arrays = {
         "mesh/points": nodes,
         "mesh/cells": cells,
         "mesh/cell_type": np.array(way.cell_type),
@@ -117,11 +117,11 @@ def gathered_basis(analysis: LinearAnalysis) -> Data:
         "material/row": row,
         **_contact(way, analysis.interface),
     }
-    shapes = {
+    blocks = {
         "basis/shapes": way.blocks(reduction.shapes),
         "basis/residual_shapes": way.blocks(reduction.residual_shapes),
     }
-    return {**body, **shapes} if way.comm.rank == 0 else shapes
+    return Data(arrays, blocks)
 
 
 def _elasticity(way: Gathering) -> tuple[Array, Indices]:

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 
 #: Words that start programs, read or write files, end gmsh, ask for input, or make other names.
 _REFUSED = frozenset(
@@ -123,7 +123,7 @@ def plain_script(path: Path, given: Given) -> str:
 
 def _plain(path: Path, folder: Path, given: Given, depth: int) -> str:
     if depth > _DEEPEST:
-        raise MeshError(f"mesh.file = {path}: includes itself")
+        raise MeshError(f"mesh file {path}: includes itself", code=Code.MESH_FILE)
     tokens = _tokens(path)
     parts: list[str] = []
     position = 0
@@ -146,14 +146,17 @@ def _plain(path: Path, folder: Path, given: Given, depth: int) -> str:
 def _tokens(path: Path) -> list[_Token]:
     """The pieces of a script, without comments."""
     if path.stat().st_size > _MOST_CHARACTERS:
-        raise MeshError(f"mesh.file = {path}: has more than {_MOST_CHARACTERS} characters")
+        raise MeshError(
+            f"mesh file {path}: has more than {_MOST_CHARACTERS} characters", code=Code.MESH_FILE
+        )
     text = path.read_bytes().decode("latin-1").removeprefix("\xef\xbb\xbf")
     found, line, position, before = [], 1, 0, ""
     while position < len(text):
         match = _TOKEN.match(text, position)
         if match is None or (text.startswith("/*", position) and match["comment"] is None):
             raise MeshError(
-                f"mesh.file = {path}, line {line}: {text[position]!r} is no sign of gmsh's language"
+                f"mesh file {path}, line {line}: {text[position]!r} is no sign of gmsh's language",
+                code=Code.MESH_FILE,
             )
         kind, piece = str(match.lastgroup), match[0]
         if kind in ("space", "comment"):
@@ -206,7 +209,8 @@ def _check_text(path: Path, token: _Token) -> None:
     """Refuse a text in which gmsh could begin to read commands."""
     if len(token.text) > _LONGEST:
         raise MeshError(
-            f"mesh.file = {path}, line {token.line}: a text of more than {_LONGEST} characters"
+            f"mesh file {path}, line {token.line}: a text of more than {_LONGEST} characters",
+            code=Code.MESH_FILE,
         )
     if _RESUMED.search(token.text):
         raise _refusal(path, token)
@@ -233,25 +237,28 @@ def _file(
     inside = "\0" not in name.text and file.resolve().is_relative_to(folder)
     if not inside or not file.is_file():
         raise MeshError(
-            f"mesh.file = {path}, line {token.line}: {token.text} {name.text}: must be a file in "
-            f"the folder of the script; {_TRUST}"
+            f"mesh file {path}, line {token.line}: {token.text} {name.text}: must be a file in "
+            f"the folder of the script; {_TRUST}",
+            code=Code.MESH_FILE,
         )
     if token.text == "Include" or file.suffix.lower() == ".geo":
         return "\n" + _plain(file, folder, given, depth + 1)
     if file.suffix.lower() not in (*_MERGED, ".msh"):
         raise MeshError(
-            f"mesh.file = {path}, line {token.line}: Merge {name.text}: must end in "
-            f"{', '.join(_MERGED)} or .msh; {_TRUST}"
+            f"mesh file {path}, line {token.line}: Merge {name.text}: must end in "
+            f"{', '.join(_MERGED)} or .msh; {_TRUST}",
+            code=Code.MESH_FILE,
         )
     return f'Merge "{given(file)}";'
 
 
-_TRUST = "scripts that you trust may do all with mesh.trust_script = true"
+_TRUST = "scripts that you trust may do all with trust_script = true"
 
 
 def _refusal(path: Path, token: _Token) -> MeshError:
     shown = token.text if len(token.text) <= 40 else token.text[:40] + "..."
     return MeshError(
-        f"mesh.file = {path}, line {token.line}: {shown}: a script may build a geometry, not start "
-        f"programs or read and write files; {_TRUST}"
+        f"mesh file {path}, line {token.line}: {shown}: a script may build a geometry, not start "
+        f"programs or read and write files; {_TRUST}",
+        code=Code.MESH_FILE,
     )

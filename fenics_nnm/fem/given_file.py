@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.geo_script import plain_script
 
 #: Bytes of a .msh that are looked at for its beginning.
@@ -58,7 +58,10 @@ class PrivateFolder:
         """The path under which gmsh gets a script as it is, that may do all; not its .opt file."""
         quote = '"' if '"' not in str(path) else "'"
         if quote in str(path):
-            raise MeshError(f"mesh.file = {path}: must not have both kinds of quotes in its name")
+            raise MeshError(
+                f"mesh file {path}: must not have both kinds of quotes in its name",
+                code=Code.MESH_FILE,
+            )
         target = self._name(".geo")
         target.write_text(f"Include {quote}{path.resolve()}{quote};\n")
         return target
@@ -69,7 +72,7 @@ class PrivateFolder:
         found = _BEFORE.match(head)
         start = found.end() if found else 0
         if not head.startswith(b"$MeshFormat", start):
-            raise MeshError(_not_a_mesh(path, head[start : start + 20]))
+            raise _not_a_mesh(path, head[start : start + 20])
         if start == 0:
             return self._linked(path, ".msh")
         target = self._name(".msh")
@@ -87,16 +90,18 @@ class PrivateFolder:
         return self.path / f"file{next(self.numbers)}{suffix}"
 
 
-def _not_a_mesh(path: Path, head: bytes) -> str:
+def _not_a_mesh(path: Path, head: bytes) -> MeshError:
     """Why a file is no mesh of gmsh."""
     if head.startswith(b"$NOD"):
-        return (
-            f"mesh.file = {path}: is a mesh of gmsh's format 1: must be of format 2.2 or 4.1 "
-            "(gmsh FILE -save -format msh41)"
+        return MeshError(
+            f"mesh file {path}: is a mesh of gmsh's format 1: must be of format 2.2 or 4.1 "
+            "(gmsh FILE -save -format msh41)",
+            code=Code.MESH_FILE,
         )
     if not head:
-        return f"mesh.file = {path}: holds no mesh: is empty"
-    return (
-        f"mesh.file = {path}: gmsh cannot read it: is neither a mesh nor text of one: must begin "
-        "with $MeshFormat; a script of gmsh must end in .geo"
+        return MeshError(f"mesh file {path}: holds no mesh: is empty", code=Code.MESH_FILE)
+    return MeshError(
+        f"mesh file {path}: gmsh cannot read it: is neither a mesh nor text of one: must begin "
+        "with $MeshFormat; a script of gmsh must end in .geo",
+        code=Code.MESH_FILE,
     )

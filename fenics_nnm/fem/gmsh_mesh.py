@@ -11,7 +11,7 @@ import gmsh
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.fem.serendipity import completed
 
@@ -68,9 +68,11 @@ def open_mesh(path: Path, given: Path) -> None:
         gmsh.merge(str(given))
     except Exception as error:  # gmsh raises bare Exception
         reason = str(error).replace(str(given), str(path))
-        raise MeshError(f"mesh.file = {path}: gmsh cannot read it: {reason}") from error
+        raise MeshError(
+            f"mesh file {path}: gmsh cannot read it: {reason}", code=Code.MESH_FILE
+        ) from error
     if not gmsh.model.mesh.getNodes()[0].size:
-        raise MeshError(f"mesh.file = {path}: holds no mesh")
+        raise MeshError(f"mesh file {path}: holds no mesh", code=Code.MESH_FILE)
 
 
 def extracted(name: str) -> RawMesh:
@@ -211,7 +213,7 @@ def _check_elements(name: str, kind: int, tags: Any) -> None:
         )
     if order > 2:
         raise MeshError(f"{name}: has elements of order {order}: must be of order 1 or 2")
-    bad = _degenerate(kind, tags)
+    bad = degenerate(kind, tags)
     if bad.size:
         _, nodes, _, _ = gmsh.model.mesh.getElement(int(bad[0]))
         corner = ", ".join(f"{x:.6g}" for x in gmsh.model.mesh.getNode(int(nodes[0]))[0])
@@ -221,7 +223,7 @@ def _check_elements(name: str, kind: int, tags: Any) -> None:
         )
 
 
-def _degenerate(kind: int, tags: Any) -> Any:
+def degenerate(kind: int, tags: Any) -> Any:
     """Tags of the elements without volume, or whose Jacobian changes sign."""
     if gmsh.model.mesh.getElementProperties(kind)[1] == 1:
         lengths = gmsh.model.mesh.getElementQualities(tags, "volume")

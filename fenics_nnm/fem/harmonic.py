@@ -8,11 +8,28 @@ from petsc4py import PETSc
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError
 from fenics_nnm.fem.block import product, solved
+from fenics_nnm.fem.blocks import Blocks
 from fenics_nnm.fem.factorisation import factorise, use_mumps
+from fenics_nnm.fem.gathering import gathering
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import HeldTogether
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
-from fenics_nnm.reduction.truncation import MasslessTruncation
+
+
+def inertial_blocks(analysis: LinearAnalysis, series: Series, motion: Motion) -> Blocks:
+    """Harmonics in m of what inertia adds to the static residual shapes, (N + 1, nodes, dim).
+
+    Args:
+        analysis: Massless-boundary analysis.
+        series: Series in time of the motion.
+        motion: Motion in SI units.
+    """
+    with HarmonicSolver(analysis, harmonics=series.harmonics) as solver:
+        omega, ell = 2 * np.pi * motion.frequency, series.analysis @ motion.force
+        added = -solver.inertial_displacement(omega, series.order, ell)
+    return gathering(analysis.solid).blocks(added.T)
 
 
 class HarmonicSolver(HeldTogether):
@@ -31,8 +48,6 @@ class HarmonicSolver(HeldTogether):
 
     def __init__(self, analysis: LinearAnalysis, *, harmonics: int) -> None:
         """Prepare for a massless-boundary analysis, whose modes stay explicit, and N harmonics."""
-        truncation = analysis.reduction.truncation
-        assert isinstance(truncation, MasslessTruncation)
         solid = analysis.solid
         self._analysis = analysis
         self._comm = solid.tagged.mesh.comm
@@ -43,7 +58,7 @@ class HarmonicSolver(HeldTogether):
         )
         self._mass_static = product(solid.mass, analysis.reduction.residual_shapes)
         self._allowed = ACCURACY * float(analysis.model.static_flexibility.max())
-        self._known = ResidualFlexibility.static(truncation.slope, truncation.curvature, harmonics)
+        self._known = analysis.reduction.truncation.residual_flexibility(harmonics)
         self._matrix = solid.stiffness.copy()
         self._ksp = PETSc.KSP().create(solid.stiffness.comm)
         self._ksp.setOptionsPrefix("nnm_harmonic_")

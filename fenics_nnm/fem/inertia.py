@@ -8,7 +8,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError, OutOfMemoryError
+from fenics_nnm.errors import Code, ModelError, OutOfMemoryError
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import counted, counting_shift
@@ -40,7 +40,8 @@ def assert_held(squared: Array) -> None:
     if rigid:
         raise ModelError(
             f"{rigid} rigid-body modes found: the body is not held; "
-            "name facets that hold it in clamp.facets, or springs that are stiff enough"
+            "name facets that hold it, or springs that are stiff enough",
+            code=Code.NOT_HELD,
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.fem.conjugate_gradients import static_displacements
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.lobpcg import lowest_modes
@@ -44,8 +44,9 @@ class IterativeModalSolver(HeldTogether):
         """
         if solid.body.degree < 2:
             raise ModelError(
-                f"body.degree = {solid.body.degree}: the iterative solver needs quadratic "
-                'elements: must be 2, or solver.linear "direct"'
+                f"degree = {solid.body.degree}: the iterative solver needs quadratic elements: "
+                "must be 2, or the direct solver",
+                code=Code.DEGREE,
             )
         super().__init__(solid.tagged.mesh.comm)
         self._solid, self._memory = solid, memory
@@ -66,8 +67,9 @@ class IterativeModalSolver(HeldTogether):
         block = count + max(_SPARE, count // 5)
         if 3 * block > self.free:
             raise ModelError(
-                f"reduction.modes = {count}: the iterative solver needs {3 * block} free dofs, "
-                f'the mesh has {self.free}: must be fewer, or solver.linear "direct"'
+                f"modes = {count}: the iterative solver needs {3 * block} free dofs, "
+                f"the mesh has {self.free}: must be fewer, or the direct solver",
+                code=Code.MODES_OF_ITERATION,
             )
         squared, shapes = lowest_modes(
             self._pencil, self._preconditioner, self._start(block), count + 1, tolerance=_MODES
@@ -85,6 +87,18 @@ class IterativeModalSolver(HeldTogether):
             ConvergenceError: if the iteration fails.
         """
         return static_displacements(self._pencil, self._preconditioner, forces, tolerance=_STATIC)
+
+    def fixed_interface_modes(self, forces: Array, attachments: Array, count: int) -> Array:
+        """Refused: modes with the interface held need factors.
+
+        Raises:
+            ModelError: always.
+        """
+        raise ModelError(
+            "the iterative solver finds no modes with the contact points held: must be "
+            "the direct solver",
+            code=Code.HELD_MODES,
+        )
 
     def _start(self, block: int) -> Array:
         """First vectors of unit mass, shape (n_owned, block)."""

@@ -9,7 +9,8 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
-from fenics_nnm.fem.modal_solver import DirectModalSolver, ModalSolver
+from fenics_nnm.fem.modal_solver import ModalSolver
+from fenics_nnm.fem.point_rows import attached_points
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
@@ -50,12 +51,14 @@ def massless_reduced(
         ModelError: if the body cannot be reduced with so many modes or points.
     """
     attachments = solver.static(interface.unit_forces(solid.owned))
-    operators = _operators(solid, interface, solver)
-    return massless_reduction(modes.omega, modes.shapes, attachments, interface.gap, operators)
+    operators, points = _operators(solid, interface, solver), attached_points(solid)
+    return massless_reduction(
+        modes.omega, modes.shapes, attachments, interface.gap, operators, points
+    )
 
 
 def craig_bampton_reduced(
-    solid: Solid, interface: ContactInterface, forces: Array, count: int, solver: DirectModalSolver
+    solid: Solid, interface: ContactInterface, forces: Array, count: int, solver: ModalSolver
 ) -> Reduction:
     """Craig-Bampton model of a body, in modal form.
 
@@ -67,10 +70,10 @@ def craig_bampton_reduced(
         interface: Contact points.
         forces: Unit forces of the interface coordinates that are retained, (n_owned, i).
         count: Number of modes with the interface held.
-        solver: Factorised stiffness.
+        solver: Solver of the stiffness, by factors.
 
     Raises:
-        ModelError: if the basis vectors depend on each other.
+        ModelError: if the basis vectors depend on each other, or the solver has no factors.
         ConvergenceError: if the eigensolver fails.
     """
     attachments = solver.static(forces)

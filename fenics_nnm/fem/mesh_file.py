@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.given_file import MSH_ENDINGS, PrivateFolder
 from fenics_nnm.fem.msh_text import fault_of_msh
+from fenics_nnm.fem.native_errors import FileErrors
 from fenics_nnm.fem.raw_mesh import RawMesh
 
 #: Files that gmsh reads with their named groups; it keeps the groups of .unv, which meshio lacks.
@@ -26,7 +27,7 @@ def assert_file(path: Path) -> None:
     """
     if not path.is_file():
         what = "is not a file" if path.exists() else "there is no such file"
-        raise MeshError(f"mesh.file = {path}: {what}")
+        raise MeshError(f"mesh file {path}: {what}", code=Code.MESH_FILE)
 
 
 def seconds_to_read(path: Path) -> float:
@@ -46,9 +47,9 @@ class ReadMesh:
     path: Path
 
     @property
-    def what(self) -> str:
-        """The key of the file."""
-        return f"mesh.file = {self.path}"
+    def errors(self) -> FileErrors:
+        """Errors of the file."""
+        return FileErrors(self.path)
 
     @property
     def advice(self) -> str:
@@ -90,7 +91,7 @@ def _check_whole(path: Path) -> None:
         try:
             check_hdf5(path)
         except UnsafeFileError as error:
-            raise MeshError(f"mesh.file = {path}: {error}") from error
+            raise MeshError(f"mesh file {path}: {error}", code=Code.MESH_FILE) from error
 
 
 def _read_foreign(path: Path) -> RawMesh:

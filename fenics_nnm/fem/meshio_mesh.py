@@ -12,7 +12,7 @@ import meshio
 import numpy as np
 
 from fenics_nnm.arrays import Indices
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.foreign_mesh import KINDS, ForeignMesh
 
 #: Most values of an array of whole numbers on cells that are taken for names of groups.
@@ -37,8 +37,9 @@ def read_meshio(path: Path) -> ForeignMesh:
     for block in mesh.cells:
         if block.type not in KINDS:
             raise MeshError(
-                f"mesh.file = {path}: has {len(block.data)} cells of the type {block.type}: must "
-                "be of order 1 or 2, with straight or curved faces of 3 or 4 corners"
+                f"mesh file {path}: has {len(block.data)} cells of the type {block.type}: must "
+                "be of order 1 or 2, with straight or curved faces of 3 or 4 corners",
+                code=Code.MESH_FILE,
             )
         blocks.append((block.type, starts.get(block.type, 0)))
         starts[block.type] = blocks[-1][1] + len(block.data)
@@ -67,7 +68,9 @@ def _read(path: Path) -> Any:
             return meshio.read(path)
     except (Exception, SystemExit) as error:
         reason = " ".join(told.getvalue().split()) or f"{type(error).__name__}: {error}"
-        raise MeshError(f"mesh.file = {path}: meshio cannot read it: {reason}") from error
+        raise MeshError(
+            f"mesh file {path}: meshio cannot read it: {reason}", code=Code.MESH_FILE
+        ) from error
 
 
 def _sets(mesh: Any) -> Iterator[tuple[str, int, Indices]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from typing import Literal
 
-from fenics_nnm.errors import ModelError, OutOfMemoryError
+from fenics_nnm.errors import Code, ModelError, OutOfMemoryError
 from fenics_nnm.fem.iterative_modes import IterativeModalSolver
 from fenics_nnm.fem.memory import memory_of_rank
 from fenics_nnm.fem.modes import DirectModalSolver
@@ -45,11 +45,13 @@ def modal_solver(
         told = f"the factors of the stiffness do not fit into memory ({error})"
         if linear == "direct":
             raise OutOfMemoryError(
-                f'{told}: must have a larger solver.memory, or solver.linear = "iterative"'
+                f"{told}: must have more memory for factors, or the iterative solver",
+                code=Code.MEMORY,
             ) from error
         if solid.body.degree < 2:
             raise ModelError(
-                f"{told}, and body.degree = {solid.body.degree} leaves no iterative solver"
+                f"{told}, and degree = {solid.body.degree} leaves no iterative solver",
+                code=Code.DEGREE_WITHOUT_MEMORY,
             ) from error
         logger.warning("%s: iterating instead", told)
     return IterativeModalSolver(solid, own)

@@ -6,7 +6,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.errors import ConvergenceError, ModelError, OutOfMemoryError
+from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutOfMemoryError
 from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.eigenproblem import ask_for, eigenproblem
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
@@ -61,7 +61,9 @@ class DirectModalSolver(HeldTogether):
             ConvergenceError: if the eigensolver fails or a mode was missed.
         """
         if count > self.free:
-            raise ModelError(f"reduction.modes = {count}: the mesh has only {self.free} free dofs")
+            raise ModelError(
+                f"modes = {count}: the mesh has only {self.free} free dofs", code=Code.MODES
+            )
         wanted = min(count + _SPARE, self.free)
         ask_for(self._eps, wanted)
         self._eps.setFromOptions()

@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import Protocol
 
 from fenics_nnm import errors
-from fenics_nnm.errors import MeshError, NonlinearModeError
+from fenics_nnm.errors import Code, MeshError, NonlinearModeError
+from fenics_nnm.fem.native_errors import NativeErrors
 from fenics_nnm.fem.native_files import ANSWER, JOB, LOG, PROBLEM
 from fenics_nnm.fem.raw_mesh import RawMesh, read_written
 from fenics_nnm.files.free_memory import free_memory
@@ -50,14 +51,14 @@ class Job(Protocol):
     """Work of native libraries that gives a mesh.
 
     Attributes:
-        what: What it works on, at the head of messages.
+        errors: Makes its errors.
         advice: What to try where it fails.
         trusted: Whether it may start programs and write files.
     """
 
     @property
-    def what(self) -> str:
-        """What it works on."""
+    def errors(self) -> NativeErrors:
+        """Makes its errors."""
 
     @property
     def advice(self) -> str:
@@ -121,12 +122,9 @@ def in_own_process(job: Job, limits: Limits, *, notes: int = logging.WARNING) ->
         if (folder / PROBLEM).exists():
             raise _problem(folder)
         if code or not (folder / ANSWER).exists():
-            fault = job.fault()
-            reason = f"{fault} ({_death(code, folder, limits)})" if fault else ""
-            reason = reason or f"{_death(code, folder, limits)}: {job.advice}"
-            raise MeshError(f"{job.what}: {reason}")
+            raise _ended(code, folder, job, limits)
         for line in _lines(folder, "note: "):
-            logger.log(notes, "%s: %s", job.what, line)
+            logger.log(notes, "%s: %s", job.errors.what, line)
         return read_written(folder / ANSWER)
 
 
@@ -152,9 +150,8 @@ def _waited(process: subprocess.Popen[bytes], folder: Path, job: Job, seconds: f
     try:
         while process.poll() is None:
             if time.monotonic() > end:
-                raise MeshError(
-                    f"{job.what}: took more than {seconds:g} s{_last_step(folder)}: {job.advice}; "
-                    "or raise mesh.time"
+                raise job.errors.too_slow(
+                    f"took more than {seconds:g} s{_last_step(folder)}: {job.advice}"
                 )
             time.sleep(_PAUSE)
             told = _log(folder, told)
@@ -192,13 +189,23 @@ def _problem(folder: Path) -> NonlinearModeError:
     told = json.loads((folder / PROBLEM).read_text())
     kind = getattr(errors, told["kind"])
     assert issubclass(kind, NonlinearModeError)
-    return kind(told["message"])
+    error = kind(told["message"])
+    error.code = Code(told["code"]) if told["code"] else None
+    return error
 
 
-def _death(code: int, folder: Path, limits: Limits) -> str:
-    """Why a process has ended without an answer."""
+def _ended(code: int, folder: Path, job: Job, limits: Limits) -> MeshError:
+    """The error of a process that has ended without an answer."""
+    fault = job.fault()
     if _lines(folder, "terminate called after throwing an instance of 'std::bad_alloc'"):
-        return f"needs more than {limits.gibibytes:.3g} GiB of memory (mesh.memory)"
+        reason = f"needs more than {limits.gibibytes:.3g} GiB of memory"
+        return job.errors.failed(f"{fault} ({reason})") if fault else job.errors.too_large(reason)
+    death = _death(code, folder)
+    return job.errors.failed(f"{fault} ({death})" if fault else f"{death}: {job.advice}")
+
+
+def _death(code: int, folder: Path) -> str:
+    """Why a process has ended without an answer."""
     if code < 0:
         name = signal.Signals(-code).name
         return f"gmsh or OpenCASCADE crashed{_last_step(folder)} ({name})"

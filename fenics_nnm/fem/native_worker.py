@@ -32,24 +32,24 @@ def main(folder: Path) -> int:
     try:
         write_raw(folder / ANSWER, job(folder))
     except NonlinearModeError as error:
-        _tell(folder, type(error).__name__, str(error))
+        _report(folder, error)
     except MemoryError:
-        message = f"{job.what}: needs more than {gibibytes:.3g} GiB of memory (mesh.memory)"
-        _tell(folder, MeshError.__name__, message)
+        _report(folder, job.errors.too_large(f"needs more than {gibibytes:.3g} GiB of memory"))
     except Exception as error:
         traceback.print_exc()
-        _tell(folder, MeshError.__name__, _unexpected(job, error))
+        _report(folder, _unexpected(job, error))
     return 0
 
 
-def _tell(folder: Path, kind: str, message: str) -> None:
-    (folder / PROBLEM).write_text(json.dumps({"kind": kind, "message": message}))
+def _report(folder: Path, error: NonlinearModeError) -> None:
+    problem = {"kind": type(error).__name__, "message": str(error), "code": error.code}
+    (folder / PROBLEM).write_text(json.dumps(problem))
 
 
-def _unexpected(job: Job, error: Exception) -> str:
-    """What is said of an error that no reader expects, which a damaged file can bring about."""
+def _unexpected(job: Job, error: Exception) -> MeshError:
+    """The error in place of one that no reader expects, which a damaged file can bring about."""
     reason = " ".join(f"{type(error).__name__}: {error}".split())
-    return f"{job.what}: cannot be read: {reason}: {job.advice}"
+    return job.errors.failed(f"cannot be read: {reason}: {job.advice}")
 
 
 if __name__ == "__main__":

@@ -6,24 +6,33 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from types import TracebackType
-from typing import Any, Self, TypeVar, cast
+from typing import Any, ParamSpec, Self, TypeVar, cast
 
 from mpi4py import MPI
 
+Given = ParamSpec("Given")
 Result = TypeVar("Result")
 Argument = TypeVar("Argument")
 Outcome = TypeVar("Outcome")
 
 
-def on_root(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
+def on_root(
+    comm: MPI.Comm, work: Callable[Given, Result], *given: Given.args, **named: Given.kwargs
+) -> Result:
     """Do `work` on rank 0; every rank gets its result, or raises its error.
+
+    Args:
+        comm: Communicator of the ranks.
+        work: Work of rank 0.
+        given: Its arguments.
+        named: Its keyword arguments.
 
     An error is raised alike on all ranks, so that none of them waits for the others.
     """
     outcome: tuple[Any, Exception | None] = (None, None)
     if comm.rank == 0:
         try:
-            outcome = (work(), None)
+            outcome = (work(*given, **named), None)
         except Exception as error:
             comm.bcast((None, error), root=0)
             raise  # with its own traceback

@@ -11,13 +11,11 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from fenics_nnm.arrays import Indices
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.stress import Expr, assert_off_axis
-from fenics_nnm.materials.elasticity import Isotropic
 from fenics_nnm.materials.material import Material
-from fenics_nnm.materials.orientation import Cylindrical
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +56,7 @@ class Regions:
         terms = []
         for number, (material, _) in enumerate(self.parts):
             part = dx(number) if len(self.parts) > 1 else dx
-            if not isinstance(material.law, Isotropic) and isinstance(
-                material.orientation, Cylindrical
-            ):
+            if material.turns:
                 # turned axes are no polynomials: UFL's own guess of their degree is far too high
                 part = part(degree=2 * degree + 2)
             terms.append(integrand(material) * part)
@@ -104,8 +100,9 @@ def regions_on(tagged: TaggedMesh, regions: tuple[Region, ...]) -> Regions:
     )
     if without or several:
         raise MeshError(
-            f"material.cells: {without} cells have no material and {several} have more than one: "
-            f"every cell must have exactly one; groups of cells: {_known(tagged)}"
+            f"cells of materials: {without} cells have no material and {several} have more than "
+            f"one: every cell must have exactly one; groups of cells: {_known(tagged)}",
+            code=Code.CELLS_OF_MATERIALS,
         )
     corners = cell_nodes(tagged.mesh)
     for region, own in zip(regions, cells, strict=True):
@@ -118,8 +115,9 @@ def _cells(tagged: TaggedMesh, region: Region, count: int) -> Indices:
     for name in region.groups:
         if name not in tagged.cells:
             raise MeshError(
-                f'material.cells = "{name}": the mesh has no such group of cells; it has '
-                f"{_known(tagged)}"
+                f'cells of materials = "{name}": the mesh has no such group of cells; it has '
+                f"{_known(tagged)}",
+                code=Code.CELLS_OF_MATERIALS,
             )
     if not region.groups:
         return np.arange(count, dtype=np.int32)

@@ -11,7 +11,7 @@ from dolfinx.fem.petsc import assemble_matrix
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Indices
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.attachments import (
     Attachment,
     Vertex,
@@ -100,8 +100,9 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
     expected = THEORY_DIMENSION[body.theory]
     if tagged.dim != expected:
         raise MeshError(
-            f'body.theory = "{body.theory}": needs a mesh of dimension {expected}, '
-            f"this one has dimension {tagged.dim}"
+            f'theory "{body.theory}": needs a mesh of dimension {expected}, '
+            f"this one has dimension {tagged.dim}",
+            code=Code.THEORY,
         )
     regions = regions_on(tagged, body.regions)
     space = fem.functionspace(tagged.mesh, ("Lagrange", body.degree, (tagged.dim,)))

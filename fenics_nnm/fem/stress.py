@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import ufl
@@ -10,18 +11,19 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.materials.elasticity import (
     IN_PLANE,
     PLACES,
     Isotropic,
+    Orthotropic,
     plane_strain,
     plane_stress,
     rotated,
     uniaxial,
 )
 from fenics_nnm.materials.material import Material
-from fenics_nnm.materials.orientation import Axes, Cylindrical
+from fenics_nnm.materials.orientation import Axes, Cylindrical, Orientation
 
 Theory = Literal["rod", "plane-stress", "plane-strain", "solid"]
 
@@ -31,8 +33,12 @@ Expr = Any
 #: Places of the components that each dimension has.
 _PLACES = {1: PLACES[:1], 2: tuple(PLACES[i] for i in IN_PLANE), 3: PLACES}
 
-#: A point is on the axis of cylindrical material axes within this part of the coordinates' size.
-_ON_AXIS = 1e-9
+
+class _Stress(NamedTuple):
+    """Stress of a theory, and the stress along z that plane strain needs; None for others."""
+
+    plane: Expr
+    along: Expr | None
 
 
 def strain(u: Expr) -> Expr:
@@ -49,23 +55,18 @@ def stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Exp
     Raises:
         ModelError: if the material's orientation does not go with the theory.
     """
-    if isinstance(material.law, Isotropic):
-        return _isotropic(strain(u), material.law, theory, mesh)
-    return _anisotropic(strain(u), material, theory, mesh)[0]
+    return _stress(u, material, theory, mesh).plane
 
 
 def cauchy_stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
     """Stress in Pa as a 3 x 3 tensor, with sigma_zz of plane strain."""
-    own = stress(u, material, theory, mesh)
+    own, along = _stress(u, material, theory, mesh)
     if theory == "solid":
         return own
     size = len(u)
     rows = [[own[i, j] if max(i, j) < size else 0 for j in range(3)] for i in range(3)]
-    if theory == "plane-strain" and isinstance(material.law, Isotropic):
-        # tr(sigma) / 2 = (lambda + mu) tr(strain), and lambda / (lambda + mu) = 2 nu
-        rows[2][2] = fem.Constant(mesh, float(material.law.poisson)) * ufl.tr(own)
-    elif theory == "plane-strain":
-        rows[2][2] = _anisotropic(strain(u), material, theory, mesh)[1]
+    if theory == "plane-strain":
+        rows[2][2] = along
     return ufl.as_tensor(rows)
 
 
@@ -79,20 +80,31 @@ def assert_off_axis(material: Material, points: Array) -> None:
     Raises:
         ModelError: if a point is on the axis.
     """
-    turning = material.orientation
-    if isinstance(material.law, Isotropic) or not isinstance(turning, Cylindrical):
-        return
-    away = points - np.array(turning.origin)
-    away -= np.outer(away @ turning.unit, turning.unit)
-    size = np.abs(points).max(initial=0.0)
-    if np.any(np.linalg.norm(away, axis=1) <= _ON_AXIS * size):
+    if material.law.directional and np.any(material.orientation.undefined_at(points)):
         raise ModelError(
-            "material.orientation.cylindrical: the axis runs through the material, where the "
-            "radial direction is not defined: must lie outside"
+            "cylindrical axes: the axis runs through the material, where the radial direction is "
+            "not defined: must lie outside",
+            code=Code.CYLINDRICAL_AXES,
         )
 
 
-def _isotropic(epsilon: Expr, law: Isotropic, theory: Theory, mesh: dmesh.Mesh) -> Expr:
+def _stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> _Stress:
+    law = material.law
+    return _STRESS_OF[type(law)](strain(u), law, material.orientation, theory, mesh)
+
+
+def _isotropic(
+    epsilon: Expr, law: Isotropic, turning: Orientation, theory: Theory, mesh: dmesh.Mesh
+) -> _Stress:
+    """Hooke's law, whatever the orientation."""
+    plane = _hooke(epsilon, law, theory, mesh)
+    if theory != "plane-strain":
+        return _Stress(plane, None)
+    # tr(sigma) / 2 = (lambda + mu) tr(strain), and lambda / (lambda + mu) = 2 nu
+    return _Stress(plane, fem.Constant(mesh, float(law.poisson)) * ufl.tr(plane))
+
+
+def _hooke(epsilon: Expr, law: Isotropic, theory: Theory, mesh: dmesh.Mesh) -> Expr:
     """Hooke's law; in plane stress 2 lambda mu / (lambda + 2 mu) takes the place of lambda."""
     if theory == "rod":
         return fem.Constant(mesh, float(law.young)) * epsilon
@@ -104,15 +116,28 @@ def _isotropic(epsilon: Expr, law: Isotropic, theory: Theory, mesh: dmesh.Mesh) 
 
 
 def _anisotropic(
-    epsilon: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh
-) -> tuple[Expr, Expr]:
-    """Stress tensor, and the stress along z that plane strain needs."""
-    stiffness, local = material.law.stiffness, None
-    if isinstance(material.orientation, Axes):
-        stiffness = rotated(stiffness, material.orientation.matrix)
-    else:
-        local = _cylindrical_axes(material.orientation, mesh)
-        epsilon = local * epsilon * local.T
+    epsilon: Expr, law: Orthotropic, turning: Orientation, theory: Theory, mesh: dmesh.Mesh
+) -> _Stress:
+    """The law in its material axes."""
+    return _IN_AXES_OF[type(turning)](epsilon, law.stiffness, turning, theory, mesh)
+
+
+def _in_fixed_axes(
+    epsilon: Expr, stiffness: Array, axes: Axes, theory: Theory, mesh: dmesh.Mesh
+) -> _Stress:
+    return _linear(epsilon, rotated(stiffness, axes.matrix), theory, mesh)
+
+
+def _in_cylindrical_axes(
+    epsilon: Expr, stiffness: Array, turning: Cylindrical, theory: Theory, mesh: dmesh.Mesh
+) -> _Stress:
+    local = _cylindrical_axes(turning, mesh)
+    found = _linear(local * epsilon * local.T, stiffness, theory, mesh)
+    return _Stress(local.T * found.plane * local, found.along)
+
+
+def _linear(epsilon: Expr, stiffness: Array, theory: Theory, mesh: dmesh.Mesh) -> _Stress:
+    """The stress of a strain by a matrix of shape (6, 6), both in the same axes."""
     places = _PLACES[epsilon.ufl_shape[0]]
     strains = ufl.as_vector([(1 if i == j else 2) * epsilon[i, j] for i, j in places])
     sigma = _symmetric(
@@ -121,7 +146,7 @@ def _anisotropic(
     along = None
     if theory == "plane-strain":
         along = ufl.dot(fem.Constant(mesh, stiffness[2, list(IN_PLANE)]), strains)
-    return sigma if local is None else local.T * sigma * local, along
+    return _Stress(sigma, along)
 
 
 def _reduced(stiffness: Array, theory: Theory) -> Array:
@@ -147,7 +172,8 @@ def _cylindrical_axes(turning: Cylindrical, mesh: dmesh.Mesh) -> Expr:
     if dim == 1 or (dim == 2 and np.any(axis[:2])):
         needs = "a body in 2-D or 3-D" if dim == 1 else "the axis z in 2-D"
         raise ModelError(
-            f"material.orientation.cylindrical: axis = {list(turning.axis)}: needs {needs}"
+            f"cylindrical axes: axis = {list(turning.axis)}: needs {needs}",
+            code=Code.CYLINDRICAL_AXES,
         )
     x, origin = ufl.SpatialCoordinate(mesh), turning.origin
     away = ufl.as_vector([x[i] - float(origin[i]) if i < dim else 0.0 for i in range(3)])
@@ -158,3 +184,14 @@ def _cylindrical_axes(turning: Cylindrical, mesh: dmesh.Mesh) -> Expr:
     hoop = ufl.cross(along, radial)
     rows = [radial, hoop, along][:dim]
     return ufl.as_matrix([[row[i] for i in range(dim)] for row in rows])
+
+
+#: The stress of each law, and that of an anisotropic one by its orientation.
+_STRESS_OF: Mapping[type, Callable[..., _Stress]] = {
+    Isotropic: _isotropic,
+    Orthotropic: _anisotropic,
+}
+_IN_AXES_OF: Mapping[type, Callable[..., _Stress]] = {
+    Axes: _in_fixed_axes,
+    Cylindrical: _in_cylindrical_axes,
+}

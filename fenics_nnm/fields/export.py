@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -49,7 +48,7 @@ def export(
         OutputError: if the file cannot be read, has no mesh or no such motion, or the folder is
             there already or cannot be written.
     """
-    points = on_root(comm, lambda: _begun(file, folder, ratios))
+    points = on_root(comm, _begun, file, folder, ratios)
     try:
         write_motions(
             folder, file, points, fields=fields, frames=frames, comm=comm, on_progress=on_progress
@@ -57,7 +56,7 @@ def export(
     except BaseException as error:
         if comm.rank == 0:
             shutil.rmtree(folder, ignore_errors=True)
-        if isinstance(error, OSError) and not isinstance(error, OutputError):
+        if isinstance(error, OSError):
             raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
         raise
     return points
@@ -76,7 +75,7 @@ def _begun(file: Path, folder: Path, ratios: Sequence[float]) -> list[BranchPoin
 
 def _is_full_order(branch: StoredBranch) -> bool:
     """Whether contact points move by more than the shapes of the branch."""
-    method = tomllib.loads(branch.header.study).get("reduction", {}).get("method")
+    method = branch.header.values.get("reduction", {}).get("method")
     return bool(method == "none")
 
 

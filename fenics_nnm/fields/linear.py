@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
-from fenics_nnm.fem.blocks import Blocks, led
+from fenics_nnm.fem.blocks import Blocks
+from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.gathering import gathering
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.reference_cell import reference_cell
@@ -37,7 +38,7 @@ def write_linear_modes(path: Path, analysis: LinearAnalysis) -> None:
         blocks = (shapes.rows(few) for few in shapes.slices())
         grid.write_each(path, names, (in_space(_scaled(s)) for few in blocks for s in few))
 
-    led(way.comm, {"shapes": way.blocks(modes.shapes)}, lambda data: write(data["shapes"]))
+    led(way.comm, {"shapes": way.blocks(modes.shapes)}, lambda blocks: write(blocks["shapes"]))
 
 
 def _scaled(shape: Array) -> Array:

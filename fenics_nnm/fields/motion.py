@@ -135,7 +135,7 @@ class MotionFiles:
             for frame, sign in frames.shown_by(number).items():
                 if sign < 0 and VELOCITY in fields:
                     blocks[VELOCITY] = block(VELOCITY, -fields[VELOCITY])
-                self.body.grid.write(self.folder / motion.of_body / _frame(frame), blocks)
+                self.body.grid.write_blocks(self.folder / motion.of_body / _frame(frame), blocks)
 
     def _moved(self, point: BranchPoint, phase: Array) -> Iterator[dict[str, Array]]:
         """Displacement and velocity on the grid at phases, if they are wanted."""

@@ -68,7 +68,7 @@ def linear_reversals(shapes: MotionShapes, point: BranchPoint) -> Array:
     """Amounts of shapes at both reversals of the linear mode of a point's energy, (2, shapes)."""
     header = shapes.branch.header
     mode, rest = header.mode - 1, header.model.at_rest()
-    amplitude = np.sqrt(2 * point.energy) / rest.omega[mode]
+    amplitude = np.sqrt(2 * point.motion.energy) / rest.omega[mode]
     motions = (
         (rest.q + a * rest.shapes[:, mode], rest.force + a * rest.pull[:, mode])
         for a in (amplitude, -amplitude)

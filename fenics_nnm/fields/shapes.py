@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.nonlinear.forces import contact_force_rates
+from fenics_nnm.mechanics.motion import force_rates_at
 from fenics_nnm.results.stored_branch import StoredBranch
 
 #: Nodes whose shapes are in memory at once.
@@ -45,14 +45,14 @@ class MotionShapes:
         """Amounts of the shapes in a motion at phases omega t, shape (len(phase), shapes)."""
         branch, basis = self.branch, self.branch.series.basis_at(phase)
         forces = branch.forces(point, phase)
-        return np.hstack([basis @ point.q, forces, *self._own(point, basis)])
+        return np.hstack([basis @ point.motion.q, forces, *self._own(point, basis)])
 
     def rates(self, point: BranchPoint, phase: Array) -> Array:
         """Their derivatives by time in 1/s."""
         branch, rates = self.branch, self.branch.series.rate_at(phase)
-        forces = contact_force_rates(branch.header.model, branch.series, point, phase)
-        by_phase = np.hstack([rates @ point.q, forces, *self._own(point, rates)])
-        return 2 * np.pi * point.frequency * by_phase
+        forces = force_rates_at(branch.header.model, branch.series, point.motion, phase)
+        by_phase = np.hstack([rates @ point.motion.q, forces, *self._own(point, rates)])
+        return 2 * np.pi * point.motion.frequency * by_phase
 
     def of(self, q: Array, force: Array) -> Array:
         """Amounts in modal coordinates (J,) and contact forces in N (n_c,), shape (shapes,)."""

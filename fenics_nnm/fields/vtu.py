@@ -52,22 +52,30 @@ class GridFile:
     cells: int
     geometry: tuple[Block, ...]
 
-    def write(self, path: Path, fields: Mapping[str, Array | Block]) -> None:
+    def write(self, path: Path, fields: Mapping[str, Array]) -> None:
         """Write a .vtu file with fields at the nodes.
 
         Args:
             path: File to write.
-            fields: Each of shape (nodes,) or (nodes, components), or the block of such an array.
+            fields: Each of shape (nodes,) or (nodes, components).
 
         Raises:
             OSError: if it cannot be written.
         """
         self.write_each(path, list(fields), fields.values())
 
-    def write_each(self, path: Path, names: Sequence[str], fields: Iterable[Array | Block]) -> None:
-        """The same with fields that are made one after the other, and none of them kept.
+    def write_each(self, path: Path, names: Sequence[str], fields: Iterable[Array]) -> None:
+        """The same with fields that are made one after the other, and none of them kept."""
+        self._write(path, names, map(block, names, fields))
 
-        The header tells where each is and stands before them, in room that is left for it.
+    def write_blocks(self, path: Path, blocks: Mapping[str, Block]) -> None:
+        """The same with fields that were packed before."""
+        self._write(path, list(blocks), blocks.values())
+
+    def _write(self, path: Path, names: Sequence[str], fields: Iterable[Block]) -> None:
+        """Write a file; the header tells where each field is and stands before them.
+
+        Room is left for it.
         """
         widest = [*self.geometry, *(Block(_described(name, "f8", _WIDE), b"") for name in names)]
         room = len(self._header(widest, [_FAR] * len(widest)))
@@ -75,7 +83,7 @@ class GridFile:
         offsets: list[int] = []
         with path.open("wb") as file:
             file.write(b" " * room)
-            for each in chain(self.geometry, map(_as_block, names, fields)):
+            for each in chain(self.geometry, fields):
                 offsets.append(file.tell() - room)
                 file.write(each.data)
                 known.append(replace(each, data=b""))
@@ -146,10 +154,6 @@ def block(name: str, values: Array | Indices) -> Block:
     width = values.shape[1] if values.ndim == 2 else 0
     description = _described(name, values.dtype.str[1:], width)
     return Block(description, header + (packed if raw else b""))
-
-
-def _as_block(name: str, values: Array | Block) -> Block:
-    return values if isinstance(values, Block) else block(name, values)
 
 
 def _described(name: str, kind: str, components: int) -> str:

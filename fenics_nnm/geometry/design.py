@@ -13,6 +13,7 @@ wedge that opens it to t_e.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
@@ -121,7 +122,7 @@ def design_lines(
     ]
     start = edge_cut if profile == "naca" else 0.0
     return [
-        _lines(radius, *values(radius), profile=profile, start=start, count=count)
+        _lines(radius, _Shape(*values(radius)), profile=profile, start=start, count=count)
         for radius in [*np.concatenate(pieces), radii[-1]]
     ]
 
@@ -152,43 +153,52 @@ def _reason(error: ValueError) -> str:
     return f"{name}{message}"
 
 
-def _lines(
-    radius: float,
-    chord: float,
-    stagger: float,
-    camber: float,
-    thickness: float,
-    edge: float,
-    lean: float,
-    sweep: float,
-    *,
-    profile: Profile,
-    start: float,
-    count: int,
-) -> SectionLines:
-    """Sides of one section on its cylinder, with its centre of area at (sweep, lean)."""
+@dataclass(frozen=True, slots=True)
+class _Shape:
+    """One section, with lengths in the unit of the geometry and angles in radians."""
 
-    def thick(xi: np.ndarray) -> np.ndarray:
+    chord: float
+    stagger: float
+    camber: float
+    thickness: float
+    edge: float
+    lean: float
+    sweep: float
+
+    def thick(self, xi: np.ndarray, profile: Profile) -> np.ndarray:
+        """Thickness at fractions of the arc length."""
         if profile == "biconvex":
-            return edge + 4 * (thickness - edge) * xi * (1 - xi)
+            return self.edge + 4 * (self.thickness - self.edge) * xi * (1 - xi)
         powers = xi[:, None] ** np.arange(1, 5)
-        return 10 * thickness * (0.2969 * np.sqrt(xi) + powers @ _NACA) + edge * xi
+        naca = 10 * self.thickness * (0.2969 * np.sqrt(xi) + powers @ _NACA)
+        return np.asarray(naca + self.edge * xi)
 
-    def mean(xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        angle = stagger + camber * (0.5 - xi)
+    def mean(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean line from the leading edge on, shape (n, 2), and the angles of its tangents."""
+        angle = self.stagger + self.camber * (0.5 - xi)
         # chord of the arc up to xi: a circular arc turns at a constant rate
-        part = xi * np.sinc(camber * xi / 2 / np.pi) / np.sinc(camber / 2 / np.pi) * chord
-        towards = stagger + camber * (1 - xi) / 2
+        turned = xi * np.sinc(self.camber * xi / 2 / np.pi) / np.sinc(self.camber / 2 / np.pi)
+        part = turned * self.chord
+        towards = self.stagger + self.camber * (1 - xi) / 2
         return part[:, None] * np.stack([np.cos(towards), np.sin(towards)], axis=-1), angle
 
-    fine = np.linspace(0, 1, _FINE + 1)
-    weight = thick(fine) * np.where((fine == 0) | (fine == 1), 0.5, 1.0)
-    centre = weight @ mean(fine)[0] / weight.sum()
+    def centre(self, profile: Profile) -> np.ndarray:
+        """Centre of area."""
+        fine = np.linspace(0, 1, _FINE + 1)
+        weight = self.thick(fine, profile) * np.where((fine == 0) | (fine == 1), 0.5, 1.0)
+        return np.asarray(weight @ self.mean(fine)[0] / weight.sum())
+
+
+def _lines(
+    radius: float, shape: _Shape, *, profile: Profile, start: float, count: int
+) -> SectionLines:
+    """Sides of one section on its cylinder, with its centre of area at (sweep, lean)."""
     parameter = 0.5 * (1 - np.cos(np.pi * np.linspace(0, 1, count)))
     xi = start + (1 - start) * parameter
-    line, angle = mean(xi)
-    normal = np.stack([-np.sin(angle), np.cos(angle)], axis=-1) * thick(xi)[:, None] / 2
-    shifted = line - centre + [sweep, lean]
+    line, angle = shape.mean(xi)
+    thick = shape.thick(xi, profile)
+    normal = np.stack([-np.sin(angle), np.cos(angle)], axis=-1) * thick[:, None] / 2
+    shifted = line - shape.centre(profile) + [shape.sweep, shape.lean]
     sides = [
         cartesian(plane[:, 0], np.full(count, radius), plane[:, 1] / radius)
         for plane in (shifted + normal, shifted - normal)

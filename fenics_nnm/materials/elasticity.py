@@ -6,12 +6,14 @@ so that the strain energy per volume is strain^T stiffness strain / 2.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 
 #: Places of the components in a symmetric tensor.
 PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
@@ -25,6 +27,22 @@ _SEMIDEFINITE = 1e-12
 Three = tuple[float, float, float]
 
 
+class Law(Protocol):
+    """A law of linear elasticity in material axes."""
+
+    @property
+    def directional(self) -> bool:
+        """Whether it depends on the directions of the material axes."""
+
+    @property
+    def stiffness(self) -> Array:
+        """Stiffness matrix in Pa, shape (6, 6)."""
+
+    @property
+    def words(self) -> str:
+        """Its constants with their units."""
+
+
 @dataclass(frozen=True, slots=True)
 class Isotropic:
     """Isotropic elasticity.
@@ -36,6 +54,16 @@ class Isotropic:
 
     young: float
     poisson: float
+
+    @property
+    def directional(self) -> bool:
+        """All directions are alike."""
+        return False
+
+    @property
+    def words(self) -> str:
+        """Its constants with their units."""
+        return f"E {self.young / 1e9:.6g} GPa, Poisson's ratio {self.poisson:g}"
 
     @property
     def lame(self) -> tuple[float, float]:
@@ -78,6 +106,19 @@ class Orthotropic:
             raise ModelError(self._inadmissible())
 
     @property
+    def directional(self) -> bool:
+        """Each of the material axes has constants of its own."""
+        return True
+
+    @property
+    def words(self) -> str:
+        """Its constants with their units."""
+        return (
+            f"E1, E2, E3 {listed(self.young, 1e9)} GPa, nu12, nu23, nu13 {listed(self.poisson)}, "
+            f"G12, G23, G13 {listed(self.shear, 1e9)} GPa"
+        )
+
+    @property
     def compliance(self) -> Array:
         """Compliance matrix in 1/Pa, shape (6, 6)."""
         (E1, E2, E3), (nu12, nu23, nu13) = self.young, self.poisson
@@ -111,6 +152,11 @@ class Orthotropic:
             f"{list(self.young)}: must keep 1 - nu12 nu21 - nu23 nu32 - nu13 nu31 - "
             "2 nu21 nu32 nu13 positive"
         )
+
+
+def listed(values: Iterable[float], unit: float = 1.0) -> str:
+    """Numbers over a unit with five digits, one after the other."""
+    return ", ".join(f"{value / unit:.5g}" for value in values)
 
 
 def rotated(stiffness: Array, axes: Array) -> Array:
@@ -149,9 +195,9 @@ def plane_strain(stiffness: Array) -> Array:
     shears = stiffness[np.ix_(IN_PLANE, OUT_OF_PLANE[1:])]
     if np.abs(shears).max() > 1e-9 * np.abs(stiffness).max():
         raise ModelError(
-            "material.orientation: turns the material out of the x-y plane, so that plane strain "
-            "would need shear along z: must keep one material axis along z (or choose "
-            'body.theory = "solid")'
+            "the orientation turns the material out of the x-y plane, so that plane strain would "
+            "need shear along z: must keep one material axis along z (or choose a solid body)",
+            code=Code.OUT_OF_PLANE,
         )
     return np.asarray(stiffness[np.ix_(IN_PLANE, IN_PLANE)])
 

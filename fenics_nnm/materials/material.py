@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fenics_nnm.materials.elasticity import Isotropic, Orthotropic
+from fenics_nnm.materials.elasticity import Law
 from fenics_nnm.materials.orientation import XYZ, Orientation
 
 
@@ -20,8 +20,13 @@ class Material:
         source: Where the values are from, empty for values of the study.
     """
 
-    law: Isotropic | Orthotropic
+    law: Law
     density: float
     orientation: Orientation = XYZ
     name: str = ""
     source: str = ""
+
+    @property
+    def turns(self) -> bool:
+        """Whether its stiffness in global axes differs from point to point."""
+        return self.law.directional and self.orientation.turns

@@ -3,16 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Mask
 from fenics_nnm.errors import ModelError
+from fenics_nnm.materials.elasticity import listed
 
 #: Two axes are taken as parallel when the sine of their angle is below this.
 _PARALLEL = 1e-6
 
+#: A point is on the axis of cylindrical material axes within this part of the coordinates' size.
+_ON_AXIS = 1e-9
+
 Three = tuple[float, float, float]
+
+
+class Orientation(Protocol):
+    """Directions of the material axes at each point of a body."""
+
+    @property
+    def turns(self) -> bool:
+        """Whether they differ from point to point."""
+
+    @property
+    def words(self) -> str:
+        """The directions in words."""
+
+    def undefined_at(self, points: Array) -> Mask:
+        """Where they are not defined among points in m of shape (n, 3)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +60,21 @@ class Axes:
             )
 
     @property
+    def turns(self) -> bool:
+        """They are the same everywhere."""
+        return False
+
+    @property
+    def words(self) -> str:
+        """The directions in words."""
+        rows = [f"({listed(row)})" for row in np.round(self.matrix, 12) + 0.0]
+        return f"axes 1, 2, 3 along {', '.join(rows)}"
+
+    def undefined_at(self, points: Array) -> Mask:
+        """Nowhere."""
+        return np.zeros(len(points), dtype=bool)
+
+    @property
     def matrix(self) -> Array:
         """Orthonormal axes as rows, shape (3, 3)."""
         first = np.array(self.first) / np.linalg.norm(self.first)
@@ -61,12 +96,29 @@ class Cylindrical:
     origin: Three = (0.0, 0.0, 0.0)
 
     @property
+    def turns(self) -> bool:
+        """They follow the angle about the axis."""
+        return True
+
+    @property
+    def words(self) -> str:
+        """The directions in words."""
+        return (
+            f"axes 1, 2, 3 radial, circumferential, along ({listed(self.axis)}) through "
+            f"({listed(self.origin)}) m"
+        )
+
+    def undefined_at(self, points: Array) -> Mask:
+        """On the axis, where no direction is radial."""
+        away = points - np.array(self.origin)
+        away -= np.outer(away @ self.unit, self.unit)
+        size = np.abs(points).max(initial=0.0)
+        return np.asarray(np.linalg.norm(away, axis=1) <= _ON_AXIS * size)
+
+    @property
     def unit(self) -> Array:
         """Unit vector of the axis, shape (3,)."""
         return np.asarray(np.array(self.axis) / np.linalg.norm(self.axis))
-
-
-Orientation = Axes | Cylindrical
 
 
 #: Material axes along x, y and z.

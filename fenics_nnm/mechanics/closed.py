@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from fenics_nnm.arrays import Array
-
-if TYPE_CHECKING:
-    from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.flexible_points import FlexiblePoints
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +39,7 @@ class ClosedPoints:
     force_per_margin: Array
 
     @classmethod
-    def of(cls, model: ReducedModel, active: NDArray[np.bool_]) -> ClosedPoints:
+    def of(cls, model: FlexiblePoints, active: NDArray[np.bool_]) -> ClosedPoints:
         """The equations with the given points closed, at least one, shape (n_c,)."""
         Phi, gap = model.Phi[active], model.gap[active]
         factor = cho_factor(model.R[np.ix_(active, active)])

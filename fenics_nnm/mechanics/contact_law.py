@@ -13,6 +13,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.mechanics.complementary import complementary
+from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.nested_factor import compressed
 from fenics_nnm.mechanics.set_flexibility import SetFlexibility
 
@@ -25,6 +26,9 @@ class LocalFlexibility(Protocol):
 
     def stiffness(self, sets: Mask, shapes: Array) -> Array:
         """Phi_A^T F_AA^-1 Phi_A for sets A, shape (s_a, n_c), and shapes Phi, shape (n_c, J)."""
+
+    def known_of(self, R: Array) -> SetFlexibility | None:
+        """What is known of the flexibility R already, or nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +99,32 @@ class ContactForces:
             return np.zeros((0, shapes.shape[1], shapes.shape[1]))
         return self.local.stiffness(self.force[self.samples] > 0, shapes)
 
+    def tangent(self, series: Series, shapes: Array) -> Array:
+        """Derivative of the harmonics of Phi^T lambda by q, shape (c J, c J), by (n, j).
+
+        It is sum_k A_nk C_kn' (Phi^T D_k Phi) over the samples k in contact.
+
+        Args:
+            series: Series in time.
+            shapes: Phi, shape (n_c, J).
+        """
+        rows, modes = len(series.order), shapes.shape[1]
+        at, contact = self.samples, self.stiffness(shapes)
+        mixing = series.analysis[:, None, at] * series.synthesis.T[None, :, at]
+        blocks = mixing.reshape(rows * rows, len(at)) @ contact.reshape(len(at), modes * modes)
+        return blocks.reshape(rows, rows, modes, modes).swapaxes(1, 2).reshape(rows * modes, -1)
+
+    def harmonic_tangent(self, series: Series) -> Array:
+        """Derivatives of lambda_n by harmonics of Phi q, shape (c, n_c, c, n_c)."""
+        at, points = self.samples, self.force.shape[1]
+        dense = np.zeros((len(at), points, points))
+        index = np.arange(len(at))[:, None, None]
+        dense[index, self.points[:, :, None], self.points[:, None, :]] = self.slope
+        rows = len(series.order)
+        mixing = series.analysis[:, None, at] * series.synthesis.T[None, :, at]
+        coupled = mixing.reshape(rows * rows, len(at)) @ dense.reshape(len(at), points**2)
+        return coupled.reshape(rows, rows, points, points).swapaxes(1, 2)
+
     def change(self, moved: Array) -> Array:
         """Change of the forces under small changes of Phi q, both of shape (s, n_c)."""
         local = np.take_along_axis(moved[self.samples], self.points, 1)
@@ -156,8 +186,7 @@ class Complementarity:
         if not pushed.size:
             return ContactForces.alone(force)
         guess = None if near is None else near.force[pushed] > 0
-        flexibility = None if near is None else near.local
-        if not isinstance(flexibility, SetFlexibility) or flexibility.R is not self.R:
-            flexibility = SetFlexibility(self.R)
+        known = near.local.known_of(self.R) if near is not None and near.local else None
+        flexibility = known or SetFlexibility(self.R)
         force[pushed], flexibility = complementary(flexibility, excess[pushed], guess)
         return ContactForces.of(force, flexibility)

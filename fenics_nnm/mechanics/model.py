@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.contact_points import MASSLESS, ContactPoints
 from fenics_nnm.mechanics.rest import RestState, rest_state
 
 #: R may be indefinite by this much, relative to its largest entry, from round-off in the modes.
 _INDEFINITE_TOLERANCE = 1e-9
-
-#: R with a smaller ratio of eigenvalues than this is singular.
-_SINGULAR = 1e-10
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +24,8 @@ class ReducedModel:
         q_j'' + omega_j^2 q_j + (Phi^T lambda)_j = 0,      w = Phi q - R lambda,
         lambda >= 0,   w - gap <= 0,   lambda (w - gap) = 0.
 
-    Monjaraz-Tec, Gross, Krack, Comput. Struct. 260 (2022) 106698 for R > 0 (massless
-    boundary); R = 0 is a basis whose contact points carry mass (Craig-Bampton).
+    Monjaraz-Tec, Gross, Krack, Comput. Struct. 260 (2022) 106698 for contact points without mass
+    (R > 0); a basis whose contact points carry mass (Craig-Bampton) has R = 0.
 
     Attributes:
         omega: Natural circular frequencies of the basis in rad/s, ascending, shape (J,).
@@ -36,10 +34,11 @@ class ReducedModel:
         R: Residual flexibility of the contact points in m/N, shape (n_c, n_c), symmetric.
         gap: Initial gaps in m, shape (n_c,), of any sign; negative is an interference.
         reference: Displacement in m at gamma ratio 1 of points that touch without force at rest.
+        contact: Whether the contact points carry mass, as the reduction chose.
 
     Raises:
         ModelError: if shapes disagree, values are not finite, frequencies are not positive and
-            ascending, or R is not symmetric positive semidefinite.
+            ascending, or R is not symmetric positive semidefinite, or not what such points need.
     """
 
     omega: Array
@@ -47,6 +46,8 @@ class ReducedModel:
     R: Array
     gap: Array
     reference: float | None = None
+    contact: ContactPoints = MASSLESS
+    _rest: list[RestState] = field(init=False, repr=False, compare=False, default_factory=list)
 
     def __post_init__(self) -> None:
         for name in ("omega", "Phi", "R", "gap"):
@@ -83,6 +84,8 @@ class ReducedModel:
                 f"reduced model: R has the eigenvalue {lowest:.3g} m/N: must not be negative"
                 " (modes and attachment solutions are of different models, or not converged)"
             )
+        if objection := self.contact.objection(self.R):
+            raise ModelError(f"reduced model: {objection}")
 
     @property
     def modes(self) -> int:
@@ -91,9 +94,8 @@ class ReducedModel:
 
     @property
     def massless(self) -> bool:
-        """Whether the contact points carry no mass: R is positive definite."""
-        eigenvalues = np.linalg.eigvalsh(self.R)
-        return bool(eigenvalues[0] > _SINGULAR * eigenvalues[-1])
+        """Whether the contact points carry no mass."""
+        return self.contact.massless
 
     @property
     def static_flexibility(self) -> Array:
@@ -114,11 +116,10 @@ class ReducedModel:
         """
         dropped = np.setdiff1d(np.arange(self.modes), chosen)
         flexible = self.Phi[:, dropped] / self.omega[dropped]
+        R = self.R + flexible @ flexible.T
+        contact = self.contact.of_part(R)
         return replace(
-            self,
-            omega=self.omega[chosen],
-            Phi=self.Phi[:, chosen],
-            R=self.R + flexible @ flexible.T,
+            self, omega=self.omega[chosen], Phi=self.Phi[:, chosen], R=R, contact=contact
         )
 
     def spanned_by(
@@ -167,12 +168,14 @@ class ReducedModel:
         return self.at_rest().amplitude(mode)
 
     def at_rest(self) -> RestState:
-        """State of rest, and linear modes about it.
+        """State of rest, and linear modes about it; it is computed once.
 
         Raises:
             ModelError: if a gap is not positive and contact points carry mass.
         """
-        return rest_state(self)
+        if not self._rest:
+            self._rest.append(rest_state(self))
+        return self._rest[0]
 
     def dimensionless(self, mode: int = 0) -> tuple[ReducedModel, Scales]:
         """The model in units in which mode `mode` at rest has omega = 1, and gamma ratio 1 at 1."""
@@ -187,6 +190,7 @@ class ReducedModel:
             R=self.R * scales.force / scales.length,
             gap=self.gap / scales.length,
             reference=None if self.reference is None else self.reference / scales.length,
+            contact=self.contact,
         )
         return model, scales
 

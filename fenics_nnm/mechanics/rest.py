@@ -15,19 +15,16 @@ linear, q = q_s + a x cos(nu t), with the closed points held at their gaps.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.closed import ClosedPoints
 from fenics_nnm.mechanics.contact_law import Complementarity
-
-if TYPE_CHECKING:
-    from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.flexible_points import FlexiblePoints
 
 #: Clearance, or deflection under a force, below this part of the largest gap is none.
 _ROUND_OFF = 1e-9
@@ -73,6 +70,18 @@ class RestState:
         """The reference, or 0 where there is none."""
         return self.reference or 0.0
 
+    def motion_from(self, q: Array) -> Array:
+        """Coefficients of the motion about the state of rest, shape of q (c, J)."""
+        motion = q.copy()
+        motion[0] -= self.q
+        return motion
+
+    def scaled(self, q: Array, factor: float) -> Array:
+        """Coefficients of a motion of the same shape, with its displacements from rest scaled."""
+        scaled = factor * self.motion_from(q)
+        scaled[0] += self.q
+        return scaled
+
     @property
     def pressed(self) -> bool:
         """Whether not all points are open."""
@@ -99,15 +108,17 @@ class RestState:
         if np.abs(self.motion[:, mode]).max() <= _STILL * np.abs(self.motion).max():
             raise ModelError(
                 f"mode {mode + 1} does not move any contact point in the contact direction: "
-                "it never touches the obstacle; choose another mode.number or contact.direction"
+                "it never touches the obstacle; choose another mode or contact direction",
+                code=Code.STILL_MODE,
             )
         margin, moved = self.margin, np.abs(self.gradient[:, mode])
         if not self.is_linear(mode):
             if self.reference is None:
                 raise ModelError(
-                    "contact.reference_displacement: is missing: contact points touch without "
-                    "force at rest, so there is no linear motion to scale energies by: must be the "
-                    "displacement in m of these points at gamma ratio 1"
+                    "the reference displacement is missing: contact points touch without force "
+                    "at rest, so there is no linear motion to scale energies by: must be the "
+                    "displacement in m of these points at gamma ratio 1",
+                    code=Code.REFERENCE,
                 )
             chosen = self._moved(mode) & self.touching
             margin, moved = np.full(np.count_nonzero(chosen), self.reference), moved[chosen]
@@ -131,7 +142,7 @@ class RestState:
         return np.asarray(np.abs(self.gradient[:, mode]) > _STILL * np.abs(self.gradient).max())
 
 
-def rest_state(model: ReducedModel) -> RestState:
+def rest_state(model: FlexiblePoints) -> RestState:
     """The state of rest of a model.
 
     Raises:
@@ -157,13 +168,14 @@ def rest_state(model: ReducedModel) -> RestState:
         )
     if not model.massless:
         raise ModelError(
-            f"contact.gap = {model.gap.min():g}: must be positive where contact points carry mass; "
-            'gaps of any sign need reduction.method = "massless"'
+            f"gap = {model.gap.min():g}: must be positive where contact points carry mass; gaps of "
+            "any sign need the massless reduction",
+            code=Code.GAP_WITH_MASS,
         )
     return _pressed(model)
 
 
-def _pressed(model: ReducedModel) -> RestState:
+def _pressed(model: FlexiblePoints) -> RestState:
     """The state of rest where some gaps are not positive."""
     flexible = model.Phi / model.omega
     S = model.R + flexible @ flexible.T

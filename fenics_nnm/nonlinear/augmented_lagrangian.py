@@ -26,16 +26,19 @@ What differs from the paper, and why:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
-from fenics_nnm.nonlinear.equations import Energies
-from fenics_nnm.nonlinear.full_order import Equations
-from fenics_nnm.nonlinear.newton import Constraint, FixedEnergy, Newton, Solution, solve
+from fenics_nnm.nonlinear.conditions import Condition, FixedEnergy
+from fenics_nnm.nonlinear.equations import Equations
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: First penalty of the normalisation, times gamma^2 over omega^2.
 _FIRST_ENERGY_PENALTY = 10.0
@@ -80,37 +83,105 @@ class PenalisedEnergy:
     theta: float
     base: float | None
 
-    def value(self, equations: Equations, q: Array, omega: float) -> float:
+    def value(self, equations: Equations, at: Unknowns) -> float:
         """Left-hand side over omega^2."""
-        gamma = equations.gamma(q, omega)
-        base = self._rayleigh(equations, q, gamma) if self.base is None else self.base
+        gamma, omega = equations.energy.gamma(at), at.omega
+        base = self._rayleigh(equations, at.q, gamma) if self.base is None else self.base
         return (omega**2 - base + self.kappa * (gamma - self.gamma + self.theta) * gamma) / omega**2
 
-    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
-        """Derivatives by q and omega."""
-        gamma = equations.gamma(q, omega)
-        gradient, _ = equations.gamma_gradient(q, omega)
+    def gradient(self, equations: Equations, at: Unknowns) -> Unknowns:
+        """Derivatives by coefficients and parameters."""
+        gamma, omega, q = equations.energy.gamma(at), at.omega, at.q
+        gradient = equations.energy.gamma_gradient(at).q
         slope = self.kappa * (2 * gamma - self.gamma + self.theta)
         by_q = slope * gradient
         if self.base is None:
-            stiffness = equations.series.mean_square[:, None] * equations.model.omega**2 * q
+            stiffness = (
+                equations.series.mean_square[:, None] * equations.mechanics.model.omega**2 * q
+            )
             rayleigh = self._rayleigh(equations, q, gamma)
             by_q = by_q - (stiffness - rayleigh * gradient) / gamma
-        constant = omega**2 * (1 - self.value(equations, q, omega))
-        return by_q / omega**2, 2 * constant / omega**3
+        constant = omega**2 * (1 - self.value(equations, at))
+        by_parameter = np.zeros(len(at.parameters))
+        by_parameter[0] = 2 * constant / omega**3
+        return Unknowns(by_q / omega**2, by_parameter)
 
     @staticmethod
     def _rayleigh(equations: Equations, q: Array, gamma: float) -> float:
         mean_square = equations.series.mean_square[:, None]
-        stiffness = np.sum(mean_square * (equations.model.omega * q) ** 2)
+        stiffness = np.sum(mean_square * (equations.mechanics.model.omega * q) ** 2)
         return float(stiffness / (2 * gamma))
+
+
+class Normalisation(Protocol):
+    """How gamma is kept through the outer steps."""
+
+    @property
+    def condition(self) -> Condition:
+        """The condition of an inner solve."""
+
+    def moved(self, gamma: float, before: float) -> tuple[Normalisation, float]:
+        """The one of the next outer step, and |h| / gamma of a motion.
+
+        Args:
+            gamma: Gamma of the motion found.
+            before: Smallest |h| / gamma so far.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class ExactNormalisation:
+    """h = 0 is a row: gamma is exact in each outer step."""
+
+    condition: FixedEnergy
+
+    @classmethod
+    def first(cls, loop: MultiplierLoop, gamma: float, omega: float) -> ExactNormalisation:
+        """The one to begin with."""
+        return cls(FixedEnergy(gamma))
+
+    def moved(self, gamma: float, before: float) -> tuple[Normalisation, float]:
+        """It stays as it is."""
+        return self, 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class PenalisedNormalisation:
+    """h is penalised, and a multiplier takes over."""
+
+    condition: PenalisedEnergy
+    loop: MultiplierLoop
+
+    @classmethod
+    def first(cls, loop: MultiplierLoop, gamma: float, omega: float) -> PenalisedNormalisation:
+        """The one to begin with."""
+        base = None if loop.algorithm == "simultaneous" else omega**2
+        penalty = _FIRST_ENERGY_PENALTY * omega**2 / gamma**2
+        return cls(PenalisedEnergy(gamma, penalty, 0.0, base), loop)
+
+    def moved(self, gamma: float, before: float) -> tuple[Normalisation, float]:
+        """With a moved multiplier, and a grown penalty where |h| has not fallen."""
+        condition = self.condition
+        h = gamma - condition.gamma
+        measure = abs(h) / condition.gamma
+        factor = self.loop.beta if measure > before / self.loop.alpha else 1.0
+        grown = replace(
+            condition, kappa=condition.kappa * factor, theta=(condition.theta + h) / factor
+        )
+        return replace(self, condition=grown), measure
+
+
+_NORMALISATIONS: dict[str, Callable[[MultiplierLoop, float, float], Normalisation]] = {
+    "exact": ExactNormalisation.first,
+    "penalised": PenalisedNormalisation.first,
+}
 
 
 def first_law(equations: Equations, loop: MultiplierLoop, force: Array) -> AugmentedLagrangian:
     """Law of the first outer step: first penalties, multipliers that carry given forces."""
     stiffness = loop.penalty / equations.static_flexibility
     penalties = np.tile(stiffness, (len(force), 1))
-    return AugmentedLagrangian(equations.model.gap, penalties, force / stiffness)
+    return AugmentedLagrangian(equations.mechanics.model.gap, penalties, force / stiffness)
 
 
 def solve_with_multipliers(
@@ -149,19 +220,19 @@ class _Loop:
 
     def run(self, q: Array, omega: float, force: Array) -> Solution:
         law = first_law(self.equations, self.loop, force)
-        constraint = self._first_constraint(omega)
+        kept: Normalisation = _NORMALISATIONS[self.loop.normalisation](self.loop, self.gamma, omega)
         solution = None
         contact = energy = np.inf
         steps = 0
         for _ in range(self.loop.iterations):
             equations = self.equations.with_law(law)
-            solution = solve(equations, constraint, q, omega, options=self.newton)
+            solution = solve(equations, kept.condition, Unknowns.of(q, omega), options=self.newton)
             steps += solution.iterations
             if not solution.converged:
                 return replace(solution, iterations=steps)
             q, omega = solution.q, solution.omega
             law, new_contact = self._moved_law(law, solution.free, contact)
-            constraint, new_energy = self._moved_constraint(constraint, solution.energies, energy)
+            kept, new_energy = kept.moved(solution.energies.gamma, energy)
             contact, energy = min(contact, new_contact), min(energy, new_energy)
             if max(new_contact, new_energy) <= self.loop.tolerance:
                 return replace(solution, iterations=steps)
@@ -173,15 +244,8 @@ class _Loop:
             iterations=steps,
             failure=f"the multiplier loop stalled after {self.loop.iterations} steps: the "
             f"{measure} measure stays at {stalled:.1e}, wanted {self.loop.tolerance:.1e}; "
-            "raise augmented_lagrangian.iterations or penalty",
+            "raise the iterations or the penalty of the loop",
         )
-
-    def _first_constraint(self, omega: float) -> Constraint:
-        if self.loop.normalisation == "exact":
-            return FixedEnergy(self.gamma)
-        base = None if self.loop.algorithm == "simultaneous" else omega**2
-        penalty = _FIRST_ENERGY_PENALTY * omega**2 / self.gamma**2
-        return PenalisedEnergy(self.gamma, penalty, 0.0, base)
 
     def _moved_law(
         self, law: AugmentedLagrangian, displacement: Array, before: float
@@ -194,17 +258,3 @@ class _Loop:
         factor = np.where(grown, self.loop.beta, 1.0)
         moved = replace(law, kappa=law.kappa * factor, theta=(law.theta + move) / factor)
         return moved, float(measure.max())
-
-    def _moved_constraint(
-        self, constraint: Constraint, energies: Energies, before: float
-    ) -> tuple[Constraint, float]:
-        """Constraint with a moved multiplier and a grown penalty, and |h| / gamma."""
-        if not isinstance(constraint, PenalisedEnergy):
-            return constraint, 0.0
-        h = energies.gamma - self.gamma
-        measure = abs(h) / self.gamma
-        factor = self.loop.beta if measure > before / self.loop.alpha else 1.0
-        moved = replace(
-            constraint, kappa=constraint.kappa * factor, theta=(constraint.theta + h) / factor
-        )
-        return moved, measure

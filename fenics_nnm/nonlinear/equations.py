@@ -1,4 +1,4 @@
-"""Harmonic equations of a nonlinear mode: residual, Jacobian, energies, virial identity.
+"""Harmonic equations of a periodic motion: residual and Jacobian.
 
 Everything here is dimensionless or not as its model is; nothing depends on the units.
 """
@@ -6,200 +6,230 @@ Everything here is dimensionless or not as its model is; nothing depends on the 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import ContactForces, ContactLaw
+from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.linear_part import HarmonicOperator
+from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import RestState
+from fenics_nnm.nonlinear.border import Border
+from fenics_nnm.nonlinear.condensed import condensed_solution, pays
+from fenics_nnm.nonlinear.energies import Energies, ModalEnergy
+from fenics_nnm.nonlinear.unknowns import Unknowns
+
+#: Names of parameters: circular frequency, and drift of a free motion in a general series.
+OMEGA, DRIFT = "omega", "drift"
 
 
-@dataclass(frozen=True, slots=True)
-class Energies:
-    """Energies of a periodic motion (Laxalde and Legrand 2011, Eqs. 9-12, with n^2 in h).
+class EnergyMeasure(Protocol):
+    """Energies of the motions of some equations."""
 
-    All count from the state of rest: U is the displacement from there, lambda_s and c_s are forces
-    and clearances at rest, c the clearances; <,> is the mean over the period of the sum over the
-    contact points. With positive gaps lambda_s = 0 and c_s is the gap.
-
-    Attributes:
-        stiffness: k^ = sum_n U_n* K U_n, twice the mean strain energy of U.
-        mass: m^ = sum_n n^2 U_n* M U_n; omega^2 m^ is twice the mean kinetic energy.
-        virial: <lambda, c_s> + <lambda_s, c>.
-        lifted: <lambda_s, c>, the mean work done against the forces at rest.
-        touch: Mean force times reference displacement of points that touch at rest.
-    """
-
-    stiffness: float
-    mass: float
-    virial: float
-    lifted: float = 0.0
-    touch: float = 0.0
-
-    @property
-    def gamma(self) -> float:
+    def gamma(self, at: Unknowns) -> float:
         """Modal energy coordinate gamma = m^ / 2."""
-        return self.mass / 2
+
+    def gamma_gradient(self, at: Unknowns) -> Unknowns:
+        """Derivatives of gamma by coefficients and parameters."""
+
+    def energies(self, at: Unknowns, forces: ContactForces) -> Energies:
+        """Energies of the motion."""
+
+
+class Stated(Protocol):
+    """What equations are stated for."""
 
     @property
-    def rayleigh_quotient(self) -> float:
-        """R = k^ / m^, the square of the frequency only where no force acts across a gap."""
-        return self.stiffness / self.mass
-
-    def total(self, omega: float) -> float:
-        """Energy E, constant in time: mean strain energy + mean kinetic energy."""
-        return (self.stiffness + omega**2 * self.mass) / 2 + self.lifted
+    def mechanics(self) -> Mechanics:
+        """What a motion obeys."""
 
     @property
-    def contact(self) -> float:
-        """How much contact changes: 0 for a linear motion about the state of rest, or positive."""
-        return self.virial + self.touch
+    def series(self) -> Series:
+        """Series in time."""
 
-    def virial_error(self, omega: float) -> float:
-        """Relative error of omega^2 m^ = k^ + virial, which every exact solution obeys."""
-        return abs(omega**2 * self.mass - self.stiffness - self.virial) / self.stiffness
+    @property
+    def energy(self) -> EnergyMeasure:
+        """Energies of the motions."""
+
+    @property
+    def static_flexibility(self) -> Array:
+        """Static flexibility of each contact point, shape (n_c,)."""
+
+    @property
+    def free_phase(self) -> bool:
+        """Whether a shift in time gives another motion: the phase has to be fixed."""
+
+
+class Equations(Stated, Protocol):
+    """What Newton's iteration solves."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters; the frequency comes first."""
+
+    def with_law(self, law: ContactLaw) -> Equations:
+        """The same under another contact law."""
+
+    def free_harmonics(self, at: Unknowns) -> Array:
+        """Harmonics of the free displacement of the contact points, shape (c, n_c)."""
+
+    def forces(self, at: Unknowns, near: ContactForces | None = None) -> ContactForces:
+        """Contact forces at the samples; those of a motion nearby may help."""
+
+    def residual(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Left-hand sides, shape of the coefficients."""
+
+    def jacobian(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Derivative of the residual by the coefficients, rows and columns by (n, j)."""
+
+    def slopes(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Derivatives of the residual by the parameters, shape (p, c, J)."""
+
+    def phase_shift(self, q: Array) -> Array:
+        """Derivative of the coefficients by a shift in time, shape of q; free phases alone."""
+
+    def row_scale(self, omega: float) -> Array:
+        """Size of each equation per unit of its coordinate, shape of q."""
+
+    def motion(self, q: Array) -> Array:
+        """Coefficients of the motion about the state of rest, shape of q."""
+
+    def modal(self, q: Array) -> Array:
+        """Coefficients of the modal coordinates alone, shape (c, J)."""
+
+    def stacked(self, q: Array, force: Array) -> Array:
+        """Coefficients from those of the modal coordinates and contact forces at the samples."""
+
+    def solved(self, at: Unknowns, forces: ContactForces, border: Border) -> Array:
+        """Solution of the bordered system of the Jacobian, q first."""
 
 
 @dataclass(frozen=True, slots=True)
 class HarmonicEquations:
     r"""Harmonic balance of a reduced model under a contact law.
 
-    For harmonic n and mode j, with lambda_n the harmonics of the sampled contact forces,
+    For harmonic n, with lambda_n the harmonics of the sampled contact forces, f_n those of other
+    forces and p_n of the excitation,
 
-        (omega_j^2 - n^2 omega^2) q_nj + (Phi^T lambda_n)_j = 0,      n = 0..N.
+        (Lambda - n^2 omega^2) q_n + omega C q'_n + Phi^T lambda_n + f_n = p_n,      n = 0..N.
 
-    Coefficients `q` have the shape (N + 1, J) throughout; (2 N + 1, J) for a general series. There
-    a term `drift` q' is added: a motion can be shifted in time, so one equation too many is left
-    when its phase is fixed, and the drift is the unknown that goes with it. Contact does no work
-    over a period, so it comes out as zero.
+    Coefficients `q` have the shape (c, J) throughout, c = N + 1 for cosines and 2 N + 1 for a
+    general series. There a term `drift` q' is added for a free motion: it can be shifted in time,
+    so one equation too many is left when its phase is fixed, and the drift is the unknown that goes
+    with it. Contact does no work over a period, so it comes out as zero.
     """
 
-    model: ReducedModel
+    mechanics: Mechanics
     series: Series
     law: ContactLaw
+    model: ReducedModel = field(init=False, repr=False, compare=False)
     rest: RestState = field(init=False, repr=False, compare=False)
+    energy: ModalEnergy = field(init=False, repr=False, compare=False)
+    static_flexibility: Array = field(init=False, repr=False, compare=False)
+    free_phase: bool = field(init=False, repr=False, compare=False)
+    shape: tuple[int, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rest", self.model.at_rest())
+        mechanics, series = self.mechanics, self.series
+        derived = {
+            "model": mechanics.model,
+            "rest": mechanics.rest,
+            "energy": ModalEnergy(mechanics, series),
+            "static_flexibility": mechanics.model.static_flexibility,
+            "free_phase": series.free_phase and mechanics.free,
+            "shape": (len(series.order), mechanics.model.modes),
+        }
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """Shape of the coefficients: (N + 1, J)."""
-        return len(self.series.order), self.model.modes
-
-    @property
-    def static_flexibility(self) -> Array:
-        """Static flexibility of each contact point, shape (n_c,)."""
-        return self.model.static_flexibility
-
-    def motion(self, q: Array) -> Array:
-        """Coefficients of the motion about the state of rest, shape (N + 1, J)."""
-        motion = q.copy()
-        motion[0] -= self.rest.q
-        return motion
-
-    def scaled(self, q: Array, factor: float) -> Array:
-        """Coefficients of a motion of the same shape, with its displacements from rest scaled."""
-        scaled = factor * self.motion(q)
-        scaled[0] += self.rest.q
-        return scaled
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters: the frequency, and the drift of a free phase."""
+        return (OMEGA, DRIFT) if self.free_phase else (OMEGA,)
 
     def with_law(self, law: ContactLaw) -> HarmonicEquations:
         """The same under another contact law."""
         return replace(self, law=law)
 
-    def free_harmonics(self, q: Array, omega: float) -> Array:
-        """Harmonics of the free displacement Phi q of the contact points, shape (N + 1, n_c)."""
-        return q @ self.model.Phi.T
+    def motion(self, q: Array) -> Array:
+        """Coefficients of the motion about the state of rest, shape (c, J)."""
+        return self.rest.motion_from(q)
 
-    def forces(self, q: Array, omega: float, near: ContactForces | None = None) -> ContactForces:
-        """Contact forces at the samples of the motion q; those of a motion nearby may help."""
-        return self.law(self.series.synthesis @ self.free_harmonics(q, omega), near)
+    def modal(self, q: Array) -> Array:
+        """Coefficients of the modal coordinates: all of them."""
+        return q
 
-    def dynamic_stiffness(self, omega: float) -> Array:
-        """omega_j^2 - n^2 omega^2, shape (N + 1, J)."""
-        return self.model.omega**2 - (self.series.order[:, None] * omega) ** 2
+    def stacked(self, q: Array, force: Array) -> Array:
+        """Coefficients from those of the modal coordinates: these."""
+        return q
 
-    def residual(self, q: Array, omega: float, forces: ContactForces, drift: float = 0.0) -> Array:
-        """Left-hand sides of the harmonic equations, shape (N + 1, J)."""
-        balance = self.dynamic_stiffness(omega) * q + self.force_harmonics(forces) @ self.model.Phi
-        return balance + drift * self.drift_column(q) if drift else balance
+    def linear(self, at: Unknowns) -> HarmonicOperator:
+        """Linear part at the frequency and drift of a motion."""
+        free = self.free_phase and len(at.parameters) > 1
+        drift = float(at.parameters[1]) if free else 0.0
+        return self.mechanics.linear.at(self.series, at.omega, drift)
 
-    def drift_column(self, q: Array) -> Array:
-        """Derivative of the residual by the drift: q' by the phase, shape (2 N + 1, J)."""
-        return self.series.rotation() @ q
+    def free_harmonics(self, at: Unknowns) -> Array:
+        """Harmonics of the free displacement Phi q of the contact points, shape (c, n_c)."""
+        return at.q @ self.model.Phi.T
 
-    def force_harmonics(self, forces: ContactForces) -> Array:
-        """Harmonics lambda_n of the contact forces, shape (N + 1, n_c)."""
-        return self.series.analysis @ forces.force
+    def forces(self, at: Unknowns, near: ContactForces | None = None) -> ContactForces:
+        """Contact forces at the samples of a motion; those of a motion nearby may help."""
+        return self.law(self.series.synthesis @ self.free_harmonics(at), near)
 
-    def jacobian(self, omega: float, forces: ContactForces, drift: float = 0.0) -> Array:
-        """Derivative of the residual by q, shape ((N + 1) J, (N + 1) J), rows and columns (n, j).
+    def residual(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Left-hand sides of the harmonic equations, shape (c, J)."""
+        balance = self.linear(at).times(at.q) + force_harmonics(self, at, forces)
+        for excitation in self.mechanics.excitations:
+            balance -= excitation.harmonics(self.series)
+        return balance
 
-        The contact part is sum_k A_nk C_kn' (Phi^T D_k Phi) over the samples k in contact.
-        """
-        rows, modes = self.shape
-        at = forces.samples
-        contact = forces.stiffness(self.model.Phi)
-        mixing = self.series.analysis[:, None, at] * self.series.synthesis.T[None, :, at]
-        blocks = mixing.reshape(rows * rows, len(at)) @ contact.reshape(len(at), modes * modes)
-        matrix = blocks.reshape(rows, rows, modes, modes).swapaxes(1, 2).reshape(rows * modes, -1)
-        diagonal = np.arange(rows * modes)
-        matrix[diagonal, diagonal] += self.dynamic_stiffness(omega).ravel()
-        if drift:
-            matrix += drift * np.kron(self.series.rotation(), np.eye(modes))
+    def jacobian(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Derivative of the residual by q, shape (c J, c J), rows and columns (n, j)."""
+        matrix = forces.tangent(self.series, self.model.Phi)
+        self.linear(at).add_to(matrix)
+        for force in self.mechanics.forces:
+            matrix += force.tangent(SampledMotion(self.series, at.q, at.omega))
         return matrix
 
-    def frequency_column(self, q: Array, omega: float, forces: ContactForces) -> Array:
-        """Derivative of the residual by omega, shape (N + 1, J)."""
-        return -2 * omega * self.series.order[:, None] ** 2 * q
+    def slopes(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Derivatives of the residual by the parameters, shape (p, c, J)."""
+        by_omega = self.linear(at).by_omega(at.q)
+        for force in self.mechanics.forces:
+            by_omega += force.by_omega(SampledMotion(self.series, at.q, at.omega))
+        return np.array([by_omega, self.phase_shift(at.q)] if self.free_phase else [by_omega])
 
-    def gamma(self, q: Array, omega: float) -> float:
-        """Modal energy coordinate gamma = m^ / 2."""
-        return float(np.sum(self.gamma_weight * q**2) / 2)
-
-    def gamma_gradient(self, q: Array, omega: float) -> tuple[Array, float]:
-        """Derivatives of gamma by q, shape (N + 1, J), and by omega."""
-        return self.gamma_weight * q, 0.0
-
-    def energies(self, q: Array, omega: float, forces: ContactForces) -> Energies:
-        """Energies of the motion; the strain energy of R is the mean of lambda^T R lambda."""
-        rest, weight = self.rest, self.series.weight
-        mean_square = self.series.mean_square[:, None]
-        change = forces.force - rest.force
-        residual_part = np.sum((change @ self.model.R) * change, axis=1)
-        lifted = float(weight @ (self._clearance(q, omega, forces) @ rest.force))
-        return Energies(
-            stiffness=float(
-                np.sum(mean_square * (self.model.omega * self.motion(q)) ** 2)
-                + weight @ residual_part
-            ),
-            mass=2 * self.gamma(q, omega),
-            virial=float(weight @ (forces.force @ rest.clearance)) + lifted,
-            lifted=lifted,
-            touch=float(weight @ forces.force[:, rest.touching].sum(axis=1)) * rest.scale,
-        )
-
-    def _clearance(self, q: Array, omega: float, forces: ContactForces) -> Array:
-        """Clearances at the samples of the points that are closed at rest, else 0."""
-        if not self.rest.closed.any():
-            return np.zeros_like(forces.force)
-        free = self.series.synthesis @ self.free_harmonics(q, omega)
-        clearance = self.model.gap - free + forces.force @ self.model.R
-        return np.where(self.rest.closed & (forces.force == 0), clearance, 0.0)
+    def phase_shift(self, q: Array) -> Array:
+        """Derivative of q by the phase, shape (2 N + 1, J)."""
+        return self.series.rotation() @ q
 
     def row_scale(self, omega: float) -> Array:
         """Size of each equation per unit of its coordinate: omega_j^2 + n^2 omega^2."""
         return self.model.omega**2 + (self.series.order[:, None] * omega) ** 2
 
-    def relative_residual(self, q: Array, omega: float, residual: Array) -> float:
-        """Norm of the residual as displacements, relative to that of the motion; inf at rest."""
-        size = float(np.linalg.norm(self.motion(q)))
-        return float(np.linalg.norm(residual / self.row_scale(omega))) / size if size else np.inf
+    def solved(self, at: Unknowns, forces: ContactForces, border: Border) -> Array:
+        """Solution of the bordered system: condensed on the pairs in contact where that pays."""
+        if not self.mechanics.forces and pays(forces, at.q.size):
+            return condensed_solution(self.linear(at), self.series, self.model.Phi, forces, border)
+        return border.dense_solution(self.jacobian(at, forces), self.row_scale(at.omega))
 
-    @property
-    def gamma_weight(self) -> Array:
-        """Mean square of each basis function times n^2, shape (N + 1, 1)."""
-        return (self.series.mean_square * self.series.order**2)[:, None]
+
+def force_harmonics(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Array:
+    """Harmonics of all forces that the motion determines, shape (c, J)."""
+    harmonics = equations.series.analysis @ forces.force @ equations.model.Phi
+    for force in equations.mechanics.forces:
+        harmonics += force.harmonics(SampledMotion(equations.series, at.q, at.omega))
+    return harmonics
+
+
+def harmonic_equations(model: ReducedModel, series: Series, law: ContactLaw) -> HarmonicEquations:
+    """Equations of free motions of a model; its state of rest is computed for them.
+
+    Raises:
+        ModelError: if a gap is not positive where contact points carry mass.
+    """
+    return HarmonicEquations(Mechanics.of(model), series, law)

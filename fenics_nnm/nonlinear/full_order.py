@@ -17,23 +17,111 @@ Lagrangian, so they meet none.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import ContactForces, ContactLaw
 from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.equations import Energies, HarmonicEquations
+from fenics_nnm.nonlinear.border import Border
+from fenics_nnm.nonlinear.energies import Energies
+from fenics_nnm.nonlinear.equations import HarmonicEquations
+from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
+
+
+@dataclass(frozen=True, slots=True)
+class FlexibilityAtRows:
+    """D and its derivatives by s = (n omega)^2 for each row of a series, shapes (c, n_c, n_c).
+
+    Attributes:
+        value: D.
+        slope: D'.
+        curvature: D''.
+        growth: Derivative of s by omega, shape (c,).
+    """
+
+    value: Array
+    slope: Array
+    curvature: Array
+    growth: Array
+
+    @classmethod
+    def of(
+        cls, flexibility: ResidualFlexibility, series: Series, omega: float
+    ) -> FlexibilityAtRows:
+        """At a frequency."""
+        of_row = series.order.astype(int)
+        D, slope, curvature = flexibility.at(omega)
+        growth = 2 * series.order**2 * omega
+        return cls(D[of_row], slope[of_row], curvature[of_row], growth)
+
+
+@dataclass(frozen=True, slots=True)
+class FullEnergy:
+    """Energies of the full field U_n = phi q_n - X_n ell_n, for the unknowns (q, S ell).
+
+    X_n^T M X_n = D', X_n^T K X_n = D (+ R) + s D'.
+
+    Attributes:
+        reduced: Equations of the modes.
+        flexibility: D about the frequency sought.
+        static_flexibility: S.
+    """
+
+    reduced: HarmonicEquations
+    flexibility: ResidualFlexibility
+    static_flexibility: Array
+
+    def gamma(self, at: Unknowns) -> float:
+        """m^ / 2 of the full field."""
+        modal, ell = self.parts(at)
+        slope = self._flexibility(at).slope
+        residual_part = self.reduced.energy.weight * ell * _times(slope, ell)
+        return self.reduced.energy.gamma(modal) + float(np.sum(residual_part) / 2)
+
+    def gamma_gradient(self, at: Unknowns) -> Unknowns:
+        """Derivatives of gamma by unknowns and parameters."""
+        modal, ell = self.parts(at)
+        found = self._flexibility(at)
+        weight, gradient = self.reduced.energy.weight, self.reduced.energy.gamma_gradient(modal)
+        by_ell = weight * _times(found.slope, ell)
+        change = weight * found.growth[:, None] * ell * _times(found.curvature, ell)
+        by_parameter = gradient.parameters.copy()
+        by_parameter[0] = float(np.sum(change) / 2)
+        return Unknowns(np.hstack([gradient.q, by_ell / self.static_flexibility]), by_parameter)
+
+    def energies(self, at: Unknowns, forces: ContactForces) -> Energies:
+        """Energies of the full field."""
+        modal, ell = self.parts(at)
+        found, series = self._flexibility(at), self.reduced.series
+        squared = (series.order * at.omega)[:, None] ** 2
+        strain = ell * (_times(found.value, ell) + squared * _times(found.slope, ell))
+        of_modes = self.reduced.energy.energies(modal, forces)
+        return replace(
+            of_modes,
+            stiffness=of_modes.stiffness + float(np.sum(series.mean_square[:, None] * strain)),
+            mass=2 * self.gamma(at),
+        )
+
+    def parts(self, at: Unknowns) -> tuple[Unknowns, Array]:
+        """Split into the unknowns of the modes and ell."""
+        modes = self.reduced.model.modes
+        modal = Unknowns(at.q[:, :modes], at.parameters)
+        return modal, at.q[:, modes:] / self.static_flexibility
+
+    def _flexibility(self, at: Unknowns) -> FlexibilityAtRows:
+        return FlexibilityAtRows.of(self.flexibility, self.reduced.series, at.omega)
 
 
 @dataclass(frozen=True, slots=True)
 class FullOrderEquations:
     """Harmonic equations with the residual flexibility of the full model.
 
-    The unknowns have the shape (N + 1, J + n_c): q, and S ell with S the static flexibility of
+    The unknowns have the shape (c, J + n_c): q, and S ell with S the static flexibility of
     each contact point, so that all of them are displacements. What the methods return is as in
     `HarmonicEquations`, for these unknowns.
 
@@ -44,21 +132,31 @@ class FullOrderEquations:
 
     reduced: HarmonicEquations
     flexibility: ResidualFlexibility
+    mechanics: Mechanics = field(init=False, repr=False, compare=False)
+    model: ReducedModel = field(init=False, repr=False, compare=False)
+    series: Series = field(init=False, repr=False, compare=False)
+    energy: FullEnergy = field(init=False, repr=False, compare=False)
+    static_flexibility: Array = field(init=False, repr=False, compare=False)
+    free_phase: bool = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        reduced, flexibility = self.reduced, self.flexibility
+        static = reduced.static_flexibility + np.diagonal(flexibility.value[0])
+        derived = {
+            "mechanics": reduced.mechanics,
+            "model": reduced.model,
+            "series": reduced.series,
+            "energy": FullEnergy(reduced, flexibility, static),
+            "static_flexibility": static,
+            "free_phase": reduced.free_phase,
+        }
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
 
     @property
-    def model(self) -> ReducedModel:
-        """Reduced model of the J modes."""
-        return self.reduced.model
-
-    @property
-    def series(self) -> Series:
-        """Series in time."""
-        return self.reduced.series
-
-    @property
-    def static_flexibility(self) -> Array:
-        """S, static flexibility of each contact point, shape (n_c,)."""
-        return self.reduced.static_flexibility + np.diagonal(self.flexibility.value[0])
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return self.reduced.parameters
 
     def with_law(self, law: ContactLaw) -> FullOrderEquations:
         """The same under another contact law."""
@@ -68,139 +166,79 @@ class FullOrderEquations:
         """Unknowns of modal coordinates q and contact forces at the samples."""
         return np.hstack([q, self.static_flexibility * (self.series.analysis @ force)])
 
-    def free_harmonics(self, unknowns: Array, omega: float) -> Array:
-        """Harmonics of Phi q - D ell, shape (N + 1, n_c)."""
-        q, ell = self._parts(unknowns)
-        D, _, _ = self._flexibility(omega)
-        return self.reduced.free_harmonics(q, omega) - _times(D, ell)
+    def modal(self, unknowns: Array) -> Array:
+        """Coefficients of the modal coordinates, shape (c, J)."""
+        return unknowns[:, : self.model.modes]
 
     def motion(self, unknowns: Array) -> Array:
         """The unknowns: at full order gaps are positive, and nothing is displaced at rest."""
         return unknowns
 
-    def forces(
-        self, unknowns: Array, omega: float, near: ContactForces | None = None
-    ) -> ContactForces:
+    def free_harmonics(self, at: Unknowns) -> Array:
+        """Harmonics of Phi q - D ell, shape (c, n_c)."""
+        modal, ell = self.energy.parts(at)
+        return self.reduced.free_harmonics(modal) - _times(self._flexibility(at).value, ell)
+
+    def forces(self, at: Unknowns, near: ContactForces | None = None) -> ContactForces:
         """Contact forces at the samples; those of a motion nearby may help."""
-        return self.reduced.law(self.series.synthesis @ self.free_harmonics(unknowns, omega), near)
+        return self.reduced.law(self.series.synthesis @ self.free_harmonics(at), near)
 
-    def residual(
-        self, unknowns: Array, omega: float, forces: ContactForces, drift: float = 0.0
-    ) -> Array:
+    def residual(self, at: Unknowns, forces: ContactForces) -> Array:
         """Left-hand sides: modal equations, then S (ell - lambda); shape of the unknowns."""
-        q, ell = self._parts(unknowns)
-        modal = self.reduced.dynamic_stiffness(omega) * q + ell @ self.model.Phi
-        contact = self.static_flexibility * (ell - self.reduced.force_harmonics(forces))
-        balance = np.hstack([modal, contact])
-        return balance + drift * self.drift_column(unknowns) if drift else balance
+        modal, ell = self.energy.parts(at)
+        balance = self.reduced.linear(modal).times(modal.q) + ell @ self.model.Phi
+        contact = ell - self.series.analysis @ forces.force
+        return np.hstack([balance, self.static_flexibility * contact])
 
-    def drift_column(self, unknowns: Array) -> Array:
-        """Derivative of the residual by the drift."""
-        q, ell = self._parts(unknowns)
-        return np.hstack([self.reduced.drift_column(q), np.zeros_like(ell)])
-
-    def jacobian(self, omega: float, forces: ContactForces, drift: float = 0.0) -> Array:
+    def jacobian(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivative of the residual by the unknowns, rows and columns by (n, j or c)."""
         rows, modes = self.reduced.shape
         points = self.model.points
-        D, _, _ = self._flexibility(omega)
+        D = self._flexibility(at).value
         S, Phi = self.static_flexibility, self.model.Phi
         blocks = np.zeros((rows, modes + points, rows, modes + points))
         each = np.arange(rows)
-        for j, row in enumerate(self.reduced.dynamic_stiffness(omega).T):
-            blocks[each, j, each, j] = row
+        linear = np.zeros((rows * modes, rows * modes))
+        self.reduced.linear(at).add_to(linear)
+        blocks[:, :modes, :, :modes] = linear.reshape(rows, modes, rows, modes)
         blocks[each, :modes, each, modes:] = Phi.T / S
-        scaled = S[:, None, None] * self.contact_tangent(forces)
+        scaled = S[:, None, None] * forces.harmonic_tangent(self.series)
         blocks[:, modes:, :, :modes] = -scaled @ Phi
         blocks[:, modes:, :, modes:] = np.einsum("acbd,bde->acbe", scaled, D / S)
         blocks[each, modes:, each, modes:] += np.eye(points)
-        if drift:
-            rotation = drift * self.series.rotation()
-            for j in range(modes):
-                blocks[:, j, :, j] += rotation
         return blocks.reshape(rows * (modes + points), -1)
 
-    def contact_tangent(self, forces: ContactForces) -> Array:
-        """Derivatives of lambda_n by harmonics of w, shape (N + 1, n_c, N + 1, n_c)."""
-        at, points = forces.samples, self.model.points
-        dense = np.zeros((len(at), points, points))
-        index = np.arange(len(at))[:, None, None]
-        dense[index, forces.points[:, :, None], forces.points[:, None, :]] = forces.slope
-        rows = len(self.series.order)
-        mixing = self.series.analysis[:, None, at] * self.series.synthesis.T[None, :, at]
-        coupled = mixing.reshape(rows * rows, len(at)) @ dense.reshape(len(at), points**2)
-        return coupled.reshape(rows, rows, points, points).swapaxes(1, 2)
+    def slopes(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Derivatives of the residual by the parameters, shape (p, c, J + n_c)."""
+        modal, ell = self.energy.parts(at)
+        found = self._flexibility(at)
+        change = found.growth[:, None] * _times(found.slope, ell)
+        contact = np.einsum("acbd,bd->ac", forces.harmonic_tangent(self.series), change)
+        of_modes = self.reduced.slopes(modal, forces)
+        slopes = np.zeros((len(of_modes), *at.q.shape))
+        slopes[:, :, : self.model.modes] = of_modes
+        slopes[0, :, self.model.modes :] = self.static_flexibility * contact
+        return slopes
 
-    def frequency_column(self, unknowns: Array, omega: float, forces: ContactForces) -> Array:
-        """Derivative of the residual by omega, shape of the unknowns."""
-        q, ell = self._parts(unknowns)
-        _, slope, _ = self._flexibility(omega)
-        change = self._growth(omega)[:, None] * _times(slope, ell)
-        contact = np.einsum("acbd,bd->ac", self.contact_tangent(forces), change)
-        return np.hstack(
-            [self.reduced.frequency_column(q, omega, forces), self.static_flexibility * contact]
-        )
-
-    def gamma(self, unknowns: Array, omega: float) -> float:
-        """m^ / 2 of the full field: U_n = phi q_n - X_n ell_n, with X_n^T M X_n = D'."""
-        q, ell = self._parts(unknowns)
-        _, slope, _ = self._flexibility(omega)
-        residual_part = self.reduced.gamma_weight * ell * _times(slope, ell)
-        return self.reduced.gamma(q, omega) + float(np.sum(residual_part) / 2)
-
-    def gamma_gradient(self, unknowns: Array, omega: float) -> tuple[Array, float]:
-        """Derivatives of gamma by the unknowns and by omega."""
-        q, ell = self._parts(unknowns)
-        _, slope, curvature = self._flexibility(omega)
-        weight = self.reduced.gamma_weight
-        by_q, _ = self.reduced.gamma_gradient(q, omega)
-        by_ell = weight * _times(slope, ell)
-        change = weight * self._growth(omega)[:, None] * ell * _times(curvature, ell)
-        return np.hstack([by_q, by_ell / self.static_flexibility]), float(np.sum(change) / 2)
-
-    def energies(self, unknowns: Array, omega: float, forces: ContactForces) -> Energies:
-        """Energies of the full field: X_n^T K X_n = D (+ R) + s D'."""
-        q, ell = self._parts(unknowns)
-        D, slope, _ = self._flexibility(omega)
-        modal = self.reduced.energies(q, omega, forces)
-        squared = (self.series.order * omega)[:, None] ** 2
-        strain = ell * (_times(D, ell) + squared * _times(slope, ell))
-        return replace(
-            modal,
-            stiffness=modal.stiffness + float(np.sum(self.series.mean_square[:, None] * strain)),
-            mass=2 * self.gamma(unknowns, omega),
-        )
+    def phase_shift(self, unknowns: Array) -> Array:
+        """Derivative of the modal coordinates by the phase; forces follow from them."""
+        shift = np.zeros_like(unknowns)
+        shift[:, : self.model.modes] = self.reduced.phase_shift(self.modal(unknowns))
+        return shift
 
     def row_scale(self, omega: float) -> Array:
         """Size of each equation per unit of its unknown."""
         modal = self.reduced.row_scale(omega)
         return np.hstack([modal, np.ones((len(modal), self.model.points))])
 
-    def relative_residual(self, unknowns: Array, omega: float, residual: Array) -> float:
-        """Norm of the residual as displacements, relative to that of the motion; inf at rest."""
-        size = float(np.linalg.norm(unknowns))
-        return float(np.linalg.norm(residual / self.row_scale(omega))) / size if size else np.inf
+    def solved(self, at: Unknowns, forces: ContactForces, border: Border) -> Array:
+        """Solution of the bordered system of the Jacobian, q first."""
+        return border.dense_solution(self.jacobian(at, forces), self.row_scale(at.omega))
 
-    def _parts(self, unknowns: Array) -> tuple[Array, Array]:
-        """Split into q and ell."""
-        modes = self.model.modes
-        return unknowns[:, :modes], unknowns[:, modes:] / self.static_flexibility
-
-    def _flexibility(self, omega: float) -> tuple[Array, Array, Array]:
-        """D, D' and D'' for each row of the series."""
-        of_row = self.series.order.astype(int)
-        D, slope, curvature = self.flexibility.at(omega)
-        return D[of_row], slope[of_row], curvature[of_row]
-
-    def _growth(self, omega: float) -> Array:
-        """Derivative of s = (n omega)^2 by omega, for each row of the series."""
-        return 2 * self.series.order**2 * omega
+    def _flexibility(self, at: Unknowns) -> FlexibilityAtRows:
+        return FlexibilityAtRows.of(self.flexibility, self.series, at.omega)
 
 
 def _times(matrices: Array, vectors: Array) -> Array:
-    """Product of each row's matrix with that row, shape (N + 1, n_c)."""
+    """Product of each row's matrix with that row, shape (c, n_c)."""
     return np.einsum("ncd,nd->nc", matrices, vectors)
-
-
-Equations = HarmonicEquations | FullOrderEquations
-"""What Newton's iteration solves."""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.nonlinear.conditions import FixedEnergy, own_conditions
 from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Unknowns, bordered_solution, phase_row
+from fenics_nnm.nonlinear.newton import bordered_solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 
 def linear_step(
@@ -25,11 +29,10 @@ def linear_step(
         left_out: Terms that the motion should obey besides, shape of its coefficients.
         gamma_left_out: What gamma lacks.
     """
-    q, omega = at.q, at.omega
-    gamma = equations.gamma(q, omega)
-    phase = phase_row(equations, q)
-    constraint = FixedEnergy(gamma)
-    step = bordered_solution(
-        equations, constraint, at, forces, phase, left_out, gamma_left_out / gamma
-    )
-    return None if step is None else Unknowns(-step.q, -step.omega)
+    whole = at.completed(len(equations.parameters))
+    gamma = equations.energy.gamma(whole)
+    conditions = (FixedEnergy(gamma), *own_conditions(equations, at.q))
+    violations = np.zeros(len(conditions))
+    violations[0] = gamma_left_out / gamma
+    step = bordered_solution(equations, conditions, whole, forces, left_out, violations)
+    return None if step is None else step.times(-1.0)

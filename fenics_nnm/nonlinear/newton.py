@@ -1,58 +1,19 @@
-"""Damped semismooth Newton for one point of a branch."""
+"""Damped semismooth Newton for one motion of a family."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Protocol
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import ContactForces
-from fenics_nnm.nonlinear.condensed import Border, condensed_solution, pays
-from fenics_nnm.nonlinear.equations import Energies, HarmonicEquations
-from fenics_nnm.nonlinear.full_order import Equations
-
-
-class Constraint(Protocol):
-    """The equation that picks one motion of the branch."""
-
-    def value(self, equations: Equations, q: Array, omega: float) -> float:
-        """Left-hand side, of order one where violated."""
-
-    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
-        """Derivatives of the left-hand side by q, shape (N + 1, J), and by omega."""
-
-
-@dataclass(frozen=True, slots=True)
-class FixedEnergy:
-    """gamma / target - 1 = 0."""
-
-    gamma: float
-
-    def value(self, equations: Equations, q: Array, omega: float) -> float:
-        """Relative distance from the wanted gamma."""
-        return equations.gamma(q, omega) / self.gamma - 1
-
-    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
-        """Derivatives by q and omega."""
-        by_q, by_omega = equations.gamma_gradient(q, omega)
-        return by_q / self.gamma, by_omega / self.gamma
-
-
-@dataclass(frozen=True, slots=True)
-class FixedFrequency:
-    """omega / target - 1 = 0."""
-
-    omega: float
-
-    def value(self, equations: Equations, q: Array, omega: float) -> float:
-        """Relative distance from the wanted frequency."""
-        return omega / self.omega - 1
-
-    def gradient(self, equations: Equations, q: Array, omega: float) -> tuple[Array, float]:
-        """Derivatives by q and omega."""
-        return np.zeros_like(q), 1 / self.omega
+from fenics_nnm.nonlinear.border import Border
+from fenics_nnm.nonlinear.conditions import Condition, own_conditions
+from fenics_nnm.nonlinear.equations import Equations
+from fenics_nnm.nonlinear.solution import Solution, relative_residual
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +21,7 @@ class Newton:
     """Configuration of the damped Newton iteration.
 
     Attributes:
-        tolerance: Residual, relative as in `HarmonicEquations.relative_residual`, that ends it.
+        tolerance: Residual, relative as in `solution.relative_residual`, that ends it.
         iterations: Largest number of steps.
         largest_frequency_step: Bound on |d omega| / omega of one step.
         largest_motion_step: Bound on |d q| / |q| of one step.
@@ -80,192 +41,101 @@ class Newton:
 
 
 @dataclass(frozen=True, slots=True)
-class Solution:
-    """A motion that Newton's iteration ended with.
-
-    Attributes:
-        q: Coefficients, shape (N + 1, J).
-        omega: Circular frequency.
-        forces: Contact forces at the samples.
-        free: Harmonics of the free displacement of the contact points, shape (N + 1, n_c); what
-            they move is this less R lambda.
-        energies: Energies.
-        residual: Relative residual.
-        iterations: Newton steps taken.
-        failure: Empty where converged, else why not and which parameter would help.
-    """
-
-    q: Array
-    omega: float
-    forces: ContactForces
-    free: Array
-    energies: Energies
-    residual: float
-    iterations: int
-    failure: str = ""
-
-    @property
-    def converged(self) -> bool:
-        """Whether the tolerance was met."""
-        return not self.failure
-
-    def thinned(self) -> Solution:
-        """The same without the derivative of its forces, which is most of its memory."""
-        return replace(self, forces=ContactForces.alone(self.forces.force))
-
-    def completed(self, equations: Equations) -> Solution:
-        """The same with the derivative of its forces."""
-        return replace(self, forces=equations.forces(self.q, self.omega, self.forces))
-
-
-@dataclass(frozen=True, slots=True)
-class Unknowns:
-    """Coefficients, frequency, and the drift that goes with a fixed phase, else 0."""
-
-    q: Array
-    omega: float
-    drift: float = 0.0
-
-    def moved(self, step: Unknowns, fraction: float) -> Unknowns:
-        """These, and a fraction of a step."""
-        return Unknowns(
-            self.q + fraction * step.q,
-            self.omega + fraction * step.omega,
-            self.drift + fraction * step.drift,
-        )
-
-
-@dataclass(frozen=True, slots=True)
 class _Trial:
     at: Unknowns
     forces: ContactForces
     residual: Array
-    constraint: float
+    violations: Array
     relative: float
 
     @property
     def merit(self) -> float:
-        return float(np.hypot(self.relative, self.constraint))
+        return float(np.hypot(self.relative, self.violations[0]))
 
 
 def solve(
-    equations: Equations,
-    constraint: Constraint,
-    q: Array,
-    omega: float,
-    *,
-    options: Newton | None = None,
+    equations: Equations, condition: Condition, guess: Unknowns, *, options: Newton | None = None
 ) -> Solution:
-    """Solve harmonic equations and constraint from a guess; never raises for non-convergence.
+    """Solve harmonic equations and a condition from a guess; never raises for non-convergence.
 
-    The phase of a general series is fixed: steps are orthogonal to a shift of the guess in time.
+    The phase of a free motion in a general series is fixed: steps are orthogonal to a shift of the
+    guess in time. Parameters that the guess does not have begin at 0.
     """
-    iteration = _Iteration(equations, constraint, options or Newton(), phase_row(equations, q))
-    return iteration.run(Unknowns(q, omega))
-
-
-def phase_row(equations: Equations, q: Array) -> Array:
-    """Unit vector of a small shift in time, shape (size of q,); empty where the phase is fixed."""
-    if not equations.series.free_phase:
-        return np.empty(0)
-    shift = equations.drift_column(q).ravel()
-    return np.asarray(shift / max(float(np.linalg.norm(shift)), np.finfo(float).tiny))
+    conditions = (condition, *own_conditions(equations, guess.q))
+    iteration = _Iteration(equations, conditions, options or Newton())
+    return iteration.run(guess.completed(len(equations.parameters)))
 
 
 def bordered_jacobian(
-    equations: Equations, constraint: Constraint, at: Unknowns, forces: ContactForces, phase: Array
+    equations: Equations, conditions: Sequence[Condition], at: Unknowns, forces: ContactForces
 ) -> Array:
-    """Derivative of equations, constraint and, in a general series, the phase.
+    """Derivative of equations and conditions by coefficients and parameters.
 
-    Columns are q, omega and the drift; the equations are divided by their row scale.
+    The equations are divided by their row scale.
 
     Args:
         equations: Harmonic equations.
-        constraint: Constraint.
+        conditions: As many conditions as parameters.
         at: Where to differentiate.
         forces: Contact forces there.
-        phase: Row of the phase condition of a general series, else empty; see `phase_row`.
     """
-    scale = equations.row_scale(at.omega).ravel()
-    size, free_phase = at.q.size, bool(phase.size)
-    matrix = np.zeros((size + 1 + free_phase, size + 1 + free_phase))
-    jacobian = equations.jacobian(at.omega, forces, at.drift)
-    column = equations.frequency_column(at.q, at.omega, forces)
-    matrix[:size, :size] = jacobian / scale[:, None]
-    matrix[:size, size] = column.ravel() / scale
-    by_q, by_omega = constraint.gradient(equations, at.q, at.omega)
-    matrix[size, :size] = by_q.ravel()
-    matrix[size, size] = by_omega
-    if free_phase:
-        matrix[:size, size + 1] = equations.drift_column(at.q).ravel() / scale
-        matrix[size + 1, :size] = phase
-    return matrix
+    border = _border(equations, conditions, at, forces, np.zeros_like(at.q))
+    return border.around(equations.jacobian(at, forces), equations.row_scale(at.omega))
 
 
 def bordered_solution(
     equations: Equations,
-    constraint: Constraint,
+    conditions: Sequence[Condition],
     at: Unknowns,
     forces: ContactForces,
-    phase: Array,
     residual: Array,
-    violation: float,
+    violations: Array,
 ) -> Unknowns | None:
     """The unknowns that the bordered Jacobian takes to a residual; None where it is singular.
 
     Args:
         equations: Harmonic equations.
-        constraint: Constraint.
+        conditions: As many conditions as parameters.
         at: Where to differentiate.
         forces: Contact forces there.
-        phase: As for `bordered_jacobian`.
         residual: Left-hand sides of the equations, shape of q.
-        violation: Left-hand side of the constraint; that of a phase condition is zero.
+        violations: Left-hand sides of the conditions, shape (p,).
     """
-    below = np.array([violation, 0.0] if phase.size else [violation])
     try:
-        if isinstance(equations, HarmonicEquations) and pays(equations, forces):
-            border = _border(equations, constraint, at, forces, phase, residual, below)
-            solved = condensed_solution(equations, at.omega, forces, border, at.drift)
-        else:
-            matrix = bordered_jacobian(equations, constraint, at, forces, phase)
-            scaled = (residual / equations.row_scale(at.omega)).ravel()
-            solved = np.linalg.solve(matrix, np.concatenate([scaled, below]))
+        border = _border(equations, conditions, at, forces, residual, violations)
+        solved = equations.solved(at, forces, border)
     except np.linalg.LinAlgError:
         return None
     if not np.all(np.isfinite(solved)):
         return None
     size = at.q.size
-    drift = float(solved[size + 1]) if phase.size else 0.0
-    return Unknowns(solved[:size].reshape(at.q.shape), float(solved[size]), drift)
+    return Unknowns(solved[:size].reshape(at.q.shape), solved[size:])
 
 
 def _border(
-    equations: HarmonicEquations,
-    constraint: Constraint,
+    equations: Equations,
+    conditions: Sequence[Condition],
     at: Unknowns,
     forces: ContactForces,
-    phase: Array,
     residual: Array,
-    below: Array,
+    violations: Array | None = None,
 ) -> Border:
-    """What borders the Jacobian of the equations, as in `bordered_jacobian`."""
-    columns = [equations.frequency_column(at.q, at.omega, forces)]
-    by_q, by_omega = constraint.gradient(equations, at.q, at.omega)
-    rows, corner = [by_q], np.zeros((len(below), len(below)))
-    corner[0, 0] = by_omega
-    if phase.size:
-        columns.append(equations.drift_column(at.q))
-        rows.append(phase.reshape(at.q.shape))
-    return Border(np.array(columns), np.array(rows), corner, residual, below)
+    """What borders the Jacobian of the equations."""
+    gradients = [condition.gradient(equations, at) for condition in conditions]
+    return Border(
+        columns=equations.slopes(at, forces),
+        rows=np.array([gradient.q for gradient in gradients]),
+        corner=np.array([gradient.parameters for gradient in gradients]),
+        right=residual,
+        below=np.zeros(len(conditions)) if violations is None else violations,
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class _Iteration:
     equations: Equations
-    constraint: Constraint
+    conditions: tuple[Condition, ...]
     options: Newton
-    phase: Array
 
     def run(self, start: Unknowns) -> Solution:
         trial, failure, leaps = self.evaluated(start), "", 0
@@ -290,37 +160,35 @@ class _Iteration:
                 break
             trial = better
         return Solution(
-            q=trial.at.q,
-            omega=trial.at.omega,
+            at=trial.at,
             forces=trial.forces,
-            free=self.equations.free_harmonics(trial.at.q, trial.at.omega),
-            energies=self.equations.energies(trial.at.q, trial.at.omega, trial.forces),
+            free=self.equations.free_harmonics(trial.at),
+            energies=self.equations.energy.energies(trial.at, trial.forces),
             residual=trial.relative,
             iterations=iteration,
             failure=f"{failure} (residual {trial.relative:.1e})" if failure else "",
         )
 
     def evaluated(self, at: Unknowns, near: ContactForces | None = None) -> _Trial:
-        forces = self.equations.forces(at.q, at.omega, near)
-        residual = self.equations.residual(at.q, at.omega, forces, at.drift)
+        forces = self.equations.forces(at, near)
+        residual = self.equations.residual(at, forces)
         return _Trial(
             at=at,
             forces=forces,
             residual=residual,
-            constraint=self.constraint.value(self.equations, at.q, at.omega),
-            relative=self.equations.relative_residual(at.q, at.omega, residual),
+            violations=np.array([each.value(self.equations, at) for each in self.conditions]),
+            relative=relative_residual(self.equations, at, residual),
         )
 
     def bounded_step(self, trial: _Trial) -> Unknowns | None:
         """Newton's step, shortened to the largest step allowed; None where it has no solution."""
         solved = bordered_solution(
             self.equations,
-            self.constraint,
+            self.conditions,
             trial.at,
             trial.forces,
-            self.phase,
             trial.residual,
-            trial.constraint,
+            trial.violations,
         )
         if solved is None:
             return None
@@ -332,7 +200,7 @@ class _Iteration:
             widest / max(abs(solved.omega), 1e-300),
             longest / max(float(np.linalg.norm(solved.q)), 1e-300),
         )
-        return Unknowns(-shrink * solved.q, -shrink * solved.omega, -shrink * solved.drift)
+        return solved.times(-shrink)
 
     def line_search(self, trial: _Trial, step: Unknowns) -> _Trial | None:
         """The longest of the fractions 1, 1/2, 1/4 ... that lowers the merit, or None."""

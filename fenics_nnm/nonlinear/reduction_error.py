@@ -12,12 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.linear_step import linear_step
-from fenics_nnm.nonlinear.newton import Solution, Unknowns
-from fenics_nnm.reduction.flexibility import ResidualFlexibility
-from fenics_nnm.reduction.truncation import GalerkinTruncation, MasslessTruncation, Truncation
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.reduction.truncation import LeftOut, ReducedMotion, Truncation
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +24,8 @@ class ReductionError:
 
     Attributes:
         residual: Norm of the residual in K^-1, over the square root of k^.
-        frequency: Expected relative error of the frequency, at the same gamma.
+        frequency: Expected relative error of the frequency, at the same gamma; nan where the
+            linearised step to full order is not defined.
     """
 
     residual: float
@@ -35,16 +34,6 @@ class ReductionError:
 
 #: Error at full order, and of a model that is all there is to know of a structure.
 NO_ERROR = ReductionError(0.0, 0.0)
-UNKNOWN_ERROR = ReductionError(float("nan"), float("nan"))
-
-
-@dataclass(frozen=True, slots=True)
-class _LeftOut:
-    """Square of the residual, and what the full order adds to the equations and to gamma."""
-
-    square: float
-    equations: Array
-    gamma: float
 
 
 def reduction_error(
@@ -57,58 +46,34 @@ def reduction_error(
         equations: Equations of the reduced model.
         solution: A converged solution.
     """
-    if isinstance(truncation, MasslessTruncation):
-        left_out = _massless(truncation, equations, solution)
-    else:
-        left_out = _galerkin(truncation, equations, solution)
+    left_out = truncation.left_out(_reduced_motion(equations, solution))
     return ReductionError(
         residual=float(np.sqrt(max(left_out.square, 0.0) / solution.energies.stiffness)),
         frequency=-_frequency_step(equations, solution, left_out) / solution.omega,
     )
 
 
-def _massless(
-    truncation: MasslessTruncation, equations: HarmonicEquations, solution: Solution
-) -> _LeftOut:
-    """The flexibility D moves the contact points by -D lambda_n, and its mass adds to gamma."""
+def _reduced_motion(equations: HarmonicEquations, solution: Solution) -> ReducedMotion:
     series, forces = equations.series, solution.forces
-    flexibility = ResidualFlexibility.static(
-        truncation.slope, truncation.curvature, series.harmonics
-    )
-    D, slope, _ = (part[series.order.astype(int)] for part in flexibility.at(solution.omega))
-    ell = equations.force_harmonics(forces)
-    change = forces.change(series.synthesis @ -np.einsum("ncd,nd->nc", D, ell))
-    return _LeftOut(
-        square=_weighted(series, solution.omega, ell, truncation.curvature),
-        equations=series.analysis @ change @ equations.model.Phi,
-        gamma=float(np.sum(equations.gamma_weight * ell * np.einsum("ncd,nd->nc", slope, ell)) / 2),
-    )
 
+    def pushed(displacement: Array) -> Array:
+        change = forces.change(series.synthesis @ displacement)
+        return np.asarray(series.analysis @ change @ equations.model.Phi)
 
-def _galerkin(
-    truncation: GalerkinTruncation, equations: HarmonicEquations, solution: Solution
-) -> _LeftOut:
-    """The displacements that the basis lacks soften each harmonic by (n omega)^4 T^T K T."""
-    series, q = equations.series, solution.q
-    fourth = (series.order * solution.omega)[:, None] ** 4
-    softer = -fourth * (q @ truncation.curvature)
-    return _LeftOut(
-        square=_weighted(series, solution.omega, q, truncation.curvature),
-        equations=softer,
-        gamma=-float(np.sum(series.mean_square[:, None] * q * softer) / solution.omega**2),
+    return ReducedMotion(
+        omega=solution.omega,
+        order=series.order,
+        mean_square=series.mean_square,
+        q=solution.q,
+        ell=series.analysis @ forces.force,
+        gamma_weight=equations.energy.weight,
+        pushed=pushed,
     )
 
 
-def _weighted(series: Series, omega: float, rows: Array, matrix: Array) -> float:
-    """Mean over the period of (n omega)^4 x_n^T matrix x_n."""
-    fourth = (series.order * omega) ** 4
-    return float(np.sum(series.mean_square * fourth * np.sum(rows * (rows @ matrix), axis=1)))
-
-
-def _frequency_step(equations: HarmonicEquations, solution: Solution, left_out: _LeftOut) -> float:
+def _frequency_step(equations: HarmonicEquations, solution: Solution, left_out: LeftOut) -> float:
     """Change of omega in one linearised step to the full-order equations at the same gamma."""
-    at = Unknowns(solution.q, solution.omega)
     step = linear_step(
-        equations, at, solution.forces, left_out.equations, gamma_left_out=left_out.gamma
+        equations, solution.at, solution.forces, left_out.equations, gamma_left_out=left_out.gamma
     )
     return float("nan") if step is None else step.omega

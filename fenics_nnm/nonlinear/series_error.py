@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_nnm.nonlinear.equations import HarmonicEquations
+from fenics_nnm.nonlinear.equations import HarmonicEquations, force_harmonics
 from fenics_nnm.nonlinear.linear_step import linear_step
-from fenics_nnm.nonlinear.newton import Solution, Unknowns
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: The finer series has more harmonics and samples by these factors. Errors of samples fall with
 #: the square of m, so 4 m has a sixteenth left; 2 m may err alike where a change of contact lies
@@ -47,17 +48,13 @@ class SeriesError:
     remainder: float
 
 
-#: Forces of contact points with mass are not determined above harmonic N: nothing is known.
-UNKNOWN_SERIES_ERROR = SeriesError(float("nan"), float("nan"), float("nan"))
-
-
 @dataclass(frozen=True, slots=True)
 class _Step:
     frequency: float
     remainder: float
 
 
-def series_error(equations: HarmonicEquations, solution: Solution) -> SeriesError:
+def series_error(equations: HarmonicEquations, solution: Solution) -> SeriesError | None:
     """Error of a solution that is due to its series.
 
     At full order the step is that of the explicit modes: of the others it has the static part
@@ -66,16 +63,19 @@ def series_error(equations: HarmonicEquations, solution: Solution) -> SeriesErro
     Args:
         equations: Equations of the reduced model under complementarity, dimensionless or not.
         solution: A converged solution, of these or of the full-order equations.
+
+    Returns:
+        None where the finer equations are too large, or the step is not defined.
     """
     coarse = equations.series
     samples = MORE_SAMPLES * coarse.samples
     dense = _with_series(equations, coarse.harmonics, samples)
     rich = _with_series(equations, MORE_HARMONICS * coarse.harmonics, samples)
     if rich.shape[0] * rich.shape[1] > _MOST_UNKNOWNS:
-        return UNKNOWN_SERIES_ERROR
+        return None
     by_samples, by_both = (_step(equations, solution, finer) for finer in (dense, rich))
     if by_samples is None or by_both is None:
-        return UNKNOWN_SERIES_ERROR
+        return None
     return SeriesError(
         harmonics=-(by_both.frequency - by_samples.frequency) / solution.omega,
         samples=-by_samples.frequency / solution.omega,
@@ -93,18 +93,19 @@ def _step(coarse: HarmonicEquations, solution: Solution, finer: HarmonicEquation
     series, Phi = finer.series, finer.model.Phi
     q, omega, free = series.fitted(solution.q), solution.omega, series.fitted(solution.free)
     forces = finer.law(series.synthesis @ free)
-    known = series.fitted(coarse.force_harmonics(solution.forces) @ Phi)
-    defect = finer.force_harmonics(forces) @ Phi - known
+    at = Unknowns.of(q, omega).completed(len(finer.parameters))
+    known = series.fitted(force_harmonics(coarse, solution.at, solution.forces))
+    defect = force_harmonics(finer, at, forces) - known
     begins = float(np.linalg.norm(defect / finer.row_scale(omega)))
     if begins <= _ROUND_OFF * np.linalg.norm(q):
         return _Step(0.0, 0.0)
-    step = linear_step(finer, Unknowns(q, omega), forces, defect)
+    step = linear_step(finer, at, forces, defect)
     if step is None:
         return None
     after = finer.law(series.synthesis @ (free + step.q @ Phi.T))
     remains = (
         defect
-        + finer.residual(q + step.q, omega + step.omega, after)
-        - finer.residual(q, omega, forces)
+        + finer.residual(Unknowns.of(q + step.q, omega + step.omega), after)
+        - finer.residual(at, forces)
     )
     return _Step(step.omega, float(np.linalg.norm(remains / finer.row_scale(omega))) / begins)

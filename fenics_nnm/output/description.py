@@ -6,45 +6,38 @@ import numpy as np
 
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.mechanics.rest import RestState
-from fenics_nnm.output.report import report_of
-from fenics_nnm.structure.analysis import (
-    Analysis,
-    harmonic_balance,
-    linear_frequencies,
-    wanted_motions,
-)
-from fenics_nnm.study import Study
+from fenics_nnm.structure.prepared import Prepared
 
 #: Most internal resonances that are listed; the others have higher harmonics.
 _MOST_LISTED = 20
 
 
-def describe(study: Study, analysis: Analysis) -> str:
+def describe(prepared: Prepared) -> str:
     """Structure, contact and linear modes of a study as text; the same on all ranks."""
-    report, model = report_of(analysis), analysis.model
-    mode = study.mode.number - 1
+    study, linear, mode = prepared.study, prepared.linear, prepared.mode
+    model = linear.model
     rest, amplitude = model.at_rest(), model.grazing_amplitude(mode)
     energy = (rest.omega[mode] * amplitude) ** 2 / 2
     event, when = _first_event(rest, mode)
-    largest = report.largest(amplitude * rest.shapes[:, mode], amplitude * rest.pull[:, mode])
+    largest = linear.largest(amplitude * rest.shapes[:, mode], amplitude * rest.pull[:, mode])
     lines = [
         study.title or "(no title)",
-        *report.heading(),
+        *linear.heading(),
         *_at_rest(rest),
         f"{event:16s} at {energy:.6g} J for mode {study.mode.number}, first at "
-        f"{report.place(rest.first(mode))}",
+        f"{linear.contact_name(rest.first(mode))}",
         f"largest motion   {largest} {when}",
-        *report.groups(),
+        *linear.groups(),
         "",
         " mode   frequency (Hz)   motion at contact (kg^-1/2)",
     ]
-    for number, hertz in enumerate(linear_frequencies(analysis)):
+    for number, hertz in enumerate(prepared.linear_frequencies):
         reach = np.abs(rest.motion[:, number]).max()
         lines.append(f"{number + 1:5d}   {hertz:14.6g}   {reach:10.4g}")
-    below = analysis.modes.checked_below
+    below = linear.modes.checked_below
     if below:
         lines += ["", f"no mode missed below {below / 2 / np.pi:.6g} Hz"]
-    return "\n".join(lines + _resonances(study, analysis))
+    return "\n".join(lines + _resonances(prepared))
 
 
 def _at_rest(rest: RestState) -> list[str]:
@@ -66,15 +59,11 @@ def _first_event(rest: RestState, mode: int) -> tuple[str, str]:
     return event, {"lift-off": "when it lifts off", "first contact": "when it touches"}[event]
 
 
-def _resonances(study: Study, analysis: Analysis) -> list[str]:
+def _resonances(prepared: Prepared) -> list[str]:
     """Where harmonics of the branch meet linear modes: internal resonances to expect."""
-    ahead = outlook(
-        analysis.model,
-        wanted_motions(study),
-        harmonic_balance(study),
-        mode=study.mode.number - 1,
-    )
-    hertz = linear_frequencies(analysis)[study.mode.number - 1]
+    model, mode = prepared.linear.model, prepared.mode
+    ahead = outlook(model, prepared.wanted, prepared.balance, mode=mode)
+    hertz = prepared.linear_frequencies[mode]
     if not ahead.meetings:
         return ["", "no harmonic meets a mode on the way: no internal resonance expected"]
     by_harmonic = sorted(ahead.meetings, key=lambda meeting: meeting.harmonic)[:_MOST_LISTED]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.pictures.accuracy import accuracy_plots
-from fenics_nnm.output.pictures.animation import plan_animation, write_gif
+from fenics_nnm.output.pictures.animation import plan_animation
 from fenics_nnm.output.pictures.backbone import frequency_plots
 from fenics_nnm.output.pictures.body import plan_energies, plan_mesh, view_of
 from fenics_nnm.output.pictures.contact import contact_plots
@@ -21,7 +21,7 @@ from fenics_nnm.output.pictures.renderer import RenderError, render
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.shares import share_plots
 from fenics_nnm.output.pictures.space_time import space_time_plots
-from fenics_nnm.output.pictures.style import Plot, save
+from fenics_nnm.output.pictures.style import Plot
 
 logger = logging.getLogger(__name__)
 
@@ -86,8 +86,6 @@ def make_pictures(
         pictures = (*plots, *draw(body_plans(found), folder))
         write_manifest(folder, pictures)
     except OSError as error:
-        if isinstance(error, OutputError):
-            raise
         raise OutputError(
             f"{error.filename or folder}: cannot be written: {error.strerror or error}"
         ) from error
@@ -141,8 +139,5 @@ def write_manifest(folder: Path, pictures: Sequence[Picture]) -> None:
 
 
 def _saved(plot: Plot | Animation, folder: Path, formats: Sequence[str]) -> Picture:
-    if isinstance(plot, Animation):
-        write_gif(folder / f"{plot.name}.gif", plot.frames)
-        return Picture(f"{plot.name}.gif", plot.title, plot.caption, plot.group)
-    file, *also = save(plot.figure, folder, plot.name, formats)
+    file, *also = plot.save(folder, formats)
     return Picture(file, plot.title, plot.caption, plot.group, tuple(also))

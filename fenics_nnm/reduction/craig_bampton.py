@@ -6,7 +6,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError, TooManyModesError
+from fenics_nnm.errors import Code, ModelError, TooManyModesError
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import towards_obstacle
 from fenics_nnm.reduction.operators import Operators
@@ -40,7 +41,8 @@ def craig_bampton_reduction(basis: Array, gap: Array, operators: Operators) -> R
     mass = scale[:, None] * M * scale
     if np.linalg.eigvalsh(mass)[0] < _DEPENDENT:
         raise TooManyModesError(
-            "Craig-Bampton: the basis vectors depend on each other: use fewer reduction.modes"
+            "Craig-Bampton: the basis vectors depend on each other: use fewer modes",
+            code=Code.TOO_MANY_MODES,
         )
     squared, vectors = eigh(scale[:, None] * K * scale, mass)
     combination = scale[:, None] * vectors
@@ -49,7 +51,13 @@ def craig_bampton_reduction(basis: Array, gap: Array, operators: Operators) -> R
     points = len(gap)
     omega, shapes = np.sqrt(squared), basis @ (combination * sign)
     return Reduction(
-        model=ReducedModel(omega=omega, Phi=Phi * sign, R=np.zeros((points, points)), gap=gap),
+        model=ReducedModel(
+            omega=omega,
+            Phi=Phi * sign,
+            R=np.zeros((points, points)),
+            gap=gap,
+            contact=MASSIVE,
+        ),
         shapes=shapes,
         residual_shapes=np.zeros((len(basis), points)),
         truncation=galerkin_truncation(shapes, omega, operators),

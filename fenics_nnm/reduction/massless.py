@@ -6,9 +6,10 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import TooManyModesError
+from fenics_nnm.errors import Code, TooManyModesError
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import towards_obstacle
+from fenics_nnm.reduction.attached import AttachedPoints, enriched
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.reduction.truncation import massless_truncation
@@ -44,14 +45,16 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
     if lowest <= 1e-12 * float(np.linalg.eigvalsh(S)[-1]):
         raise TooManyModesError(
             f"massless reduction: the residual flexibility has the eigenvalue {lowest:.3g} m/N, "
-            "which is zero to round-off: use fewer reduction.modes or fewer contact points"
+            "which is zero to round-off: use fewer modes or fewer contact points",
+            code=Code.TOO_MANY_MODES,
         )
     part = float(eigh(R, S, eigvals_only=True, subset_by_index=[0, 0])[0])
     if part < _LEAST_PART:
         raise TooManyModesError(
             f"massless reduction: the modes leave contact points {part:.1e} of their static "
             f"flexibility, less than {_LEAST_PART:g}, so that contact would be all but rigid: "
-            "use fewer reduction.modes"
+            "use fewer modes",
+            code=Code.TOO_MANY_MODES,
         )
     return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)
 
@@ -62,6 +65,7 @@ def massless_reduction(
     attachments: Array,
     gap: Array,
     operators: Operators,
+    points: AttachedPoints | None = None,
 ) -> Reduction:
     """Massless-boundary model of a structure, with signed mode shapes.
 
@@ -71,17 +75,25 @@ def massless_reduction(
         attachments: Static displacements under unit contact forces, K^-1 B^T, shape (n, n_c).
         gap: Gaps in m, shape (n_c,).
         operators: Products with the matrices of the structure.
+        points: Points besides those of contact at which forces act; what the modes lack of static
+            displacements under them is added to the modes.
 
     Raises:
         ModelError: if the structure cannot be reduced with so many modes or points.
     """
+    points = points or AttachedPoints.none(len(shapes))
+    modes = enriched(omega, shapes, points.rows, operators)
+    omega, shapes = modes.omega, modes.shapes
     Phi = operators.contact(shapes)
     sign = towards_obstacle(Phi)
     shapes, Phi = shapes * sign, Phi * sign
     residual_shapes = attachments - (shapes / omega**2) @ Phi.T
+    attached = operators.inner(points.rows, shapes)
     return Reduction(
         model=massless_model(omega, Phi, operators.contact(attachments), gap),
         shapes=shapes,
         residual_shapes=residual_shapes,
         truncation=massless_truncation(residual_shapes, operators),
+        forces=points.forces(attached),
+        attached=attached,
     )

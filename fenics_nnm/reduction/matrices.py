@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 
 #: Relative asymmetry of a matrix that is taken as round-off.
 _ASYMMETRY = 1e-8
@@ -156,10 +156,12 @@ def _gaps(gap: Any, points: int) -> Array:
         gaps = np.full(points, float(gaps))
     if gaps.shape != (points,):
         raise ModelError(
-            f"contact.gap has {gaps.size} values: must be one number, or one for each of the "
-            f"{points} contact rows"
+            f"gap has {gaps.size} values: must be one number, or one for each of the {points} "
+            "contact rows",
+            code=Code.GAP,
         )
     if not np.all(np.isfinite(gaps)):
-        raise ModelError(f"contact.gap = {gaps[~np.isfinite(gaps)][0]:g}: must be a length in m")
+        wrong = gaps[~np.isfinite(gaps)][0]
+        raise ModelError(f"gap = {wrong:g}: must be a length in m", code=Code.GAP)
     gaps.setflags(write=False)
     return gaps

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.reduction.attached import AttachedPoints
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_reduction
@@ -42,6 +43,7 @@ def matrix_analysis(
     *,
     modes: int,
     method: Literal["massless", "craig-bampton"] = "massless",
+    points: AttachedPoints | None = None,
     stages: Stages | None = None,
 ) -> MatrixAnalysis:
     """Find modes and attachment solutions, and reduce.
@@ -49,6 +51,7 @@ def matrix_analysis(
     Args:
         matrices: Structure.
         modes: Number of free modes J, or of modes with the contact points held.
+        points: Points besides those of contact at which forces act, of a massless reduction.
         method: "massless", or "craig-bampton" with the contact directions retained.
         stages: Told what is being done.
 
@@ -65,7 +68,7 @@ def matrix_analysis(
         operators = solver.operators()
         if method == "massless":
             reduction = massless_reduction(
-                free.omega, free.shapes, attachments, matrices.gap, operators
+                free.omega, free.shapes, attachments, matrices.gap, operators, points
             )
         else:
             basis = np.hstack([attachments, solver.held_modes(attachments, modes)])

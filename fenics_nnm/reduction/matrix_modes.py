@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ConvergenceError, ModelError
+from fenics_nnm.errors import Code, ConvergenceError, ModelError
 from fenics_nnm.reduction.linear_modes import LinearModes, counted, counting_shift
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.operators import Operators
@@ -59,8 +59,9 @@ class MatrixSolver:
         matrices = self._matrices
         if not 1 <= count <= matrices.massive:
             raise ModelError(
-                f"reduction.modes = {count}: must be at least 1 and not above {matrices.massive}, "
-                "the number of unknowns with mass"
+                f"modes = {count}: must be at least 1 and not above {matrices.massive}, the number "
+                "of unknowns with mass",
+                code=Code.MODES,
             )
         squared, shapes, complete = self._modes_of(self._factor.solve, count + _SPARE)
         _check_found(len(squared), count, "free")
@@ -240,7 +241,8 @@ def _check_found(found: int, count: int, kind: str) -> None:
     if found < count:
         held = " with the contact points held" if kind == "held" else ""
         raise ModelError(
-            f"reduction.modes = {count}: the matrices have only {max(found, 0)} modes{held}"
+            f"modes = {count}: the matrices have only {max(found, 0)} modes{held}",
+            code=Code.MODES,
         )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.reduction.truncation import MasslessTruncation, Truncation
+from fenics_nnm.reduction.truncation import Truncation
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,16 +27,24 @@ class Reduction:
         residual_shapes: Displacement per unit contact force that these do not bring, m/N,
             shape (n, n_c); zero where the contact points carry mass.
         truncation: What the model leaves out, for an error estimate.
+        forces: Forces besides contact that the motion determines.
+        attached: Displacement of further points with forces per modal coordinate, shape (p, J).
     """
 
     model: ReducedModel
     shapes: Array
     residual_shapes: Array
     truncation: Truncation
+    forces: tuple[Force, ...] = ()
+    attached: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def displacement(self, q: Array, force: Array) -> Array:
         """Displacement u in m, shape (n,), of coordinates (J,) and contact forces in N (n_c,)."""
         return np.asarray(self.shapes @ q - self.residual_shapes @ force)
+
+    def with_gap(self, gap: Array) -> Reduction:
+        """The same with other gaps in m, shape (n_c,), which enter the model as they are."""
+        return replace(self, model=replace(self.model, gap=gap, reference=None))
 
     def first_modes(self, count: int) -> Reduction:
         """The massless-boundary reduction with the lowest modes alone, as if made with these.
@@ -43,8 +52,6 @@ class Reduction:
         Raises:
             TypeError: if the contact points carry mass: fewer modes span another basis then.
         """
-        if not isinstance(self.truncation, MasslessTruncation):
-            raise TypeError("the modes of a Craig-Bampton basis are not nested")
         omega, Phi = self.model.omega[count:], self.model.Phi[:, count:]
         return replace(
             self,

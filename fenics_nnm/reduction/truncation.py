@@ -2,11 +2,88 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.model import Scales
+from fenics_nnm.reduction.flexibility import ResidualFlexibility
 from fenics_nnm.reduction.operators import Operators
+
+
+@dataclass(frozen=True, slots=True)
+class ReducedMotion:
+    """A motion of a reduced model in harmonics, as far as its truncation asks for it.
+
+    Attributes:
+        omega: Circular frequency.
+        order: Harmonic number n of each row, shape (r,).
+        mean_square: Mean square over the period of each function of the series, shape (r,).
+        q: Modal coordinates, shape (r, J).
+        ell: Harmonics of the contact forces, shape (r, n_c).
+        gamma_weight: Weight of each row in gamma, shape (r, 1).
+        pushed: From a small displacement of the contact points (r, n_c) to what the change of the
+            contact forces adds to the equations (r, J).
+    """
+
+    omega: float
+    order: Array
+    mean_square: Array
+    q: Array
+    ell: Array
+    gamma_weight: Array
+    pushed: Callable[[Array], Array]
+
+    def weighted(self, rows: Array, matrix: Array) -> float:
+        """Mean over the period of (n omega)^4 x_n^T matrix x_n."""
+        fourth = (self.order * self.omega) ** 4
+        return float(np.sum(self.mean_square * fourth * np.sum(rows * (rows @ matrix), axis=1)))
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """What the full order adds to a motion of a reduced model.
+
+    Attributes:
+        square: Square of the norm of the residual in K^-1.
+        equations: Terms of the reduced equations, shape (r, J).
+        gamma: Term of gamma.
+    """
+
+    square: float
+    equations: Array
+    gamma: float
+
+
+class Truncation(Protocol):
+    """What a reduced model leaves out."""
+
+    def dimensionless(self, scales: Scales) -> Truncation:
+        """The same in the units of a dimensionless model."""
+
+    def without(self, omega: Array, Phi: Array) -> Truncation:
+        """The same of a model that lacks some more modes.
+
+        Args:
+            omega: Circular frequencies of these modes, shape (d,).
+            Phi: Their motion at the contact points, shape (n_c, d).
+
+        Raises:
+            TypeError: if fewer modes span another basis.
+        """
+
+    def residual_flexibility(self, harmonics: int) -> ResidualFlexibility:
+        """Inertial part of the residual flexibility of N harmonics about the static one.
+
+        Raises:
+            TypeError: if the modes of the model are not those of the structure.
+        """
+
+    def left_out(self, motion: ReducedMotion) -> LeftOut:
+        """What the full order adds to a motion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,15 +107,26 @@ class MasslessTruncation:
         return MasslessTruncation(self.slope * unit, self.curvature * (unit * scales.omega**2))
 
     def without(self, omega: Array, Phi: Array) -> MasslessTruncation:
-        """The same of a model that lacks some more modes.
-
-        Args:
-            omega: Circular frequencies of these modes, shape (d,).
-            Phi: Their motion at the contact points, shape (n_c, d).
-        """
+        """As `Truncation.without`."""
         return MasslessTruncation(
             slope=self.slope + (Phi / omega**4) @ Phi.T,
             curvature=self.curvature + (Phi / omega**6) @ Phi.T,
+        )
+
+    def residual_flexibility(self, harmonics: int) -> ResidualFlexibility:
+        """As `Truncation.residual_flexibility`."""
+        return ResidualFlexibility.static(self.slope, self.curvature, harmonics)
+
+    def left_out(self, motion: ReducedMotion) -> LeftOut:
+        """The flexibility D moves the contact points by -D lambda_n, and its mass adds to gamma."""
+        order, ell = motion.order.astype(int), motion.ell
+        flexibility = self.residual_flexibility(order.max(initial=0))
+        D, slope, _ = (part[order] for part in flexibility.at(motion.omega))
+        inertia = motion.gamma_weight * ell * np.einsum("ncd,nd->nc", slope, ell)
+        return LeftOut(
+            square=motion.weighted(ell, self.curvature),
+            equations=motion.pushed(-np.einsum("ncd,nd->nc", D, ell)),
+            gamma=float(np.sum(inertia) / 2),
         )
 
 
@@ -59,9 +147,24 @@ class GalerkinTruncation:
         """The same in the units of a dimensionless model."""
         return GalerkinTruncation(self.curvature * scales.omega**2)
 
+    def without(self, omega: Array, Phi: Array) -> GalerkinTruncation:
+        """Refused: the basis of fewer modes is another one."""
+        raise TypeError("the modes of a Craig-Bampton basis are not nested")
 
-Truncation = MasslessTruncation | GalerkinTruncation
-"""What a reduced model leaves out."""
+    def residual_flexibility(self, harmonics: int) -> ResidualFlexibility:
+        """Refused: the modes of the basis are not those of the structure."""
+        raise TypeError("a Craig-Bampton basis has no residual flexibility")
+
+    def left_out(self, motion: ReducedMotion) -> LeftOut:
+        """The displacements that the basis lacks soften each harmonic by (n omega)^4 T^T K T."""
+        fourth = (motion.order * motion.omega)[:, None] ** 4
+        softer = -fourth * (motion.q @ self.curvature)
+        work = motion.mean_square[:, None] * motion.q * softer
+        return LeftOut(
+            square=motion.weighted(motion.q, self.curvature),
+            equations=softer,
+            gamma=-float(np.sum(work) / motion.omega**2),
+        )
 
 
 def massless_truncation(residual_shapes: Array, operators: Operators) -> MasslessTruncation:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.backbone import point_numbers as numbers
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.resonance import UNNAMED
 from fenics_nnm.nonlinear.series_error import HOLDS
@@ -83,7 +84,7 @@ def accuracy(
     sizes[:, SOURCES.index("samples")] *= samples_factor
     chosen = [SOURCES.index(name) for name in sources]
     totals = sizes[:, chosen].sum(axis=1)
-    holds = np.array([not point.error_remainder > HOLDS for point in counted])
+    holds = np.array([not numbers.error_remainder(point) > HOLDS for point in counted])
     median = int(np.argsort(totals)[len(totals) // 2])
     smooth = bool(holds.all())
     ordered = [int(index) for index in np.argsort(totals) if holds[index]]
@@ -97,7 +98,11 @@ def accuracy(
 
 def _sizes(point: BranchPoint) -> tuple[float, float, float]:
     """Sizes of the errors; what is unknown counts as none."""
-    errors = (point.harmonics_error, point.samples_error, point.reduction_error)
+    errors = (
+        numbers.harmonics_error(point),
+        numbers.samples_error(point),
+        numbers.reduction_error(point),
+    )
     harmonics, samples, modes = (0.0 if np.isnan(error) else abs(error) for error in errors)
     return harmonics, samples, modes
 

@@ -22,7 +22,8 @@ from fenics_nnm.resolution.accuracy import SOURCES, Accuracy, accuracy
 from fenics_nnm.resolution.finer import MOST, Finer, least
 from fenics_nnm.resolution.probes import probed, probes
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.analysis import Analyse, Analysis, linear_analysis
+from fenics_nnm.structure.analysis import Analyse, Linear, linear_analysis
+from fenics_nnm.structure.prepared import Prepared, prepared
 from fenics_nnm.study import Study
 from fenics_nnm.study.resolution import Resolution
 
@@ -47,8 +48,7 @@ class Choice:
 
     Attributes:
         asked: The study as it was given.
-        study: The study with numbers in the place of "auto".
-        analysis: All that is linear of it.
+        prepared: The study with numbers in the place of "auto", ready to be followed.
         expected: Errors at the energies that were solved to find the numbers; None if none were.
         finer: The search for finer numbers, and why some were not raised; None if none was made.
         energies: Gamma ratios of the probes.
@@ -56,12 +56,21 @@ class Choice:
     """
 
     asked: Study
-    study: Study
-    analysis: Analysis
+    prepared: Prepared
     expected: Accuracy | None = None
     finer: Finer | None = None
     energies: tuple[float, ...] = ()
     round: int = 0
+
+    @property
+    def study(self) -> Study:
+        """The study with all its numbers."""
+        return self.prepared.study
+
+    @property
+    def linear(self) -> Linear:
+        """All that is linear of it."""
+        return self.prepared.linear
 
     @property
     def automatic(self) -> bool:
@@ -78,8 +87,8 @@ class Choice:
 
         None where contact points carry mass and the numbers were taken over from another run.
         """
-        told = any(not np.isnan(point.harmonics_error) for point in points)
-        return accuracy(points) if told else self.expected
+        known = any(point.expected.series for point in points)
+        return accuracy(points) if known else self.expected
 
 
 def choice(
@@ -104,10 +113,10 @@ def choice(
     """
     stages, analyse = stages or Stages(), analyse or linear_analysis
     if not study.automatic:
-        return Choice(study, study, analyse(study, comm, stages))
+        return Choice(study, prepared(study, analyse(study, comm, stages)))
     if found:
         given = study.with_resolution(found)
-        return Choice(study, given, analyse(given, comm, stages))
+        return Choice(study, prepared(given, analyse(given, comm, stages)))
     models = _Models(study, comm, stages, analyse)
     return _search(models, Finer(study), least(study), ())
 
@@ -116,8 +125,8 @@ def provisional(study: Study, comm: MPI.Comm, stages: Stages | None = None) -> C
     """A study with the numbers that a search begins with, to look at before they are found."""
     if not study.automatic:
         return choice(study, comm, stages)
-    at, analysis = _Models(study, comm, stages or Stages(), linear_analysis).of(least(study))
-    return Choice(study, study.with_resolution(at), analysis)
+    at, linear = _Models(study, comm, stages or Stages(), linear_analysis).of(least(study))
+    return Choice(study, prepared(study.with_resolution(at), linear))
 
 
 def improved(
@@ -165,27 +174,26 @@ def _search(
     at: Resolution | None = begin
     while at is not None:
         asked = at.modes
-        at, analysis = models.of(at)
+        at, linear = models.of(at)
         if at.modes < asked:
             finer.has_all_modes(at.modes)
-        tried.append(_tried(models, finer, models.study.with_resolution(at), analysis, energies))
+        ready = prepared(models.study.with_resolution(at), linear)
+        tried.append(_tried(models, finer, ready, energies))
         at = finer.raised(at, _expected(tried[-1]))
     if _expected(tried[-1]).only(finer.free).meets(models.study.tolerance):
         return tried[-1]
     return min(tried, key=lambda one: _expected(one).total / _expected(one).allowance)
 
 
-def _tried(
-    models: _Models, finer: Finer, study: Study, analysis: Analysis, energies: tuple[float, ...]
-) -> Choice:
+def _tried(models: _Models, finer: Finer, ready: Prepared, energies: tuple[float, ...]) -> Choice:
     """Numbers with their errors at the probes."""
-    wanted = tuple(sorted({*probes(study, analysis.model), *energies}))
+    wanted = tuple(sorted({*probes(ready), *energies}))
     with models.stages.stage("accuracy"):
-        points = on_root(models.comm, lambda: probed(study, analysis, wanted))
+        points = on_root(models.comm, probed, ready, wanted)
     found = accuracy(points, finer.free, samples_factor=_BETWEEN)
     errors = ", ".join(f"{name} {found.of(name):.1e}" for name in SOURCES)
-    logger.info("%s: expected errors %s", study.resolution, errors)
-    return Choice(models.study, study, analysis, found, finer, wanted)
+    logger.info("%s: expected errors %s", ready.study.resolution, errors)
+    return Choice(models.study, ready, found, finer, wanted)
 
 
 def _expected(choice: Choice) -> Accuracy:
@@ -204,10 +212,10 @@ class _Models:
     comm: MPI.Comm
     stages: Stages
     analyse: Analyse
-    _kept: Analysis | None = None
+    _kept: Linear | None = None
     _all: bool = False
 
-    def of(self, at: Resolution) -> tuple[Resolution, Analysis]:
+    def of(self, at: Resolution) -> tuple[Resolution, Linear]:
         """Numbers with the modes that they need and there are, and the analysis with these.
 
         Modes that a harmonic can meet are no part of a static flexibility, so the model holds all
@@ -226,13 +234,13 @@ class _Models:
         count = min(count, len(largest.modes.omega))
         return replace(at, modes=count), _first(largest, count)
 
-    def _needed(self, at: Resolution, largest: Analysis) -> int:
+    def _needed(self, at: Resolution, largest: Linear) -> int:
         omega = largest.modes.omega
         highest = MORE_HARMONICS * at.harmonics * omega[self.study.mode.number - 1]
         below = int(np.searchsorted(omega, highest))
         return max(at.modes, min(below, MOST.modes))
 
-    def _with(self, count: int) -> Analysis:
+    def _with(self, count: int) -> Linear:
         """An analysis of so many modes or more, or of all there are."""
         if self._kept is None or (len(self._kept.modes.omega) < count and not self._all):
             asked = max(_MODES_AT_ONCE, 2 * count if self._kept else count)
@@ -240,7 +248,7 @@ class _Models:
             self._all = len(self._kept.modes.omega) < asked
         return self._kept
 
-    def _analysis(self, count: int) -> Analysis:
+    def _analysis(self, count: int) -> Linear:
         """An analysis of so many modes, or of as many as leave something to the contact points."""
         while True:
             try:
@@ -251,7 +259,6 @@ class _Models:
                 count = max(self.study.mode.number, int(_FEWER * count))
 
 
-def _first(analysis: Analysis, count: int) -> Analysis:
+def _first(linear: Linear, count: int) -> Linear:
     """The analysis with the lowest modes alone."""
-    modes, reduction = analysis.modes.first(count), analysis.reduction.first_modes(count)
-    return replace(analysis, modes=modes, reduction=reduction)
+    return linear.reduced_to(linear.modes.first(count), linear.reduction.first_modes(count))

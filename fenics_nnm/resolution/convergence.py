@@ -12,14 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
+from fenics_nnm.backbone import point_numbers as numbers
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.resolution.accuracy import SOURCES
-from fenics_nnm.resolution.auto import Analysis, Choice
+from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.resolution.probes import probes, solved
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.analysis import linear_analysis
+from fenics_nnm.structure.analysis import linear_analysis, prepared
 from fenics_nnm.study import Study
 from fenics_nnm.study.resolution import Resolution
 
@@ -133,7 +134,7 @@ def convergence(chosen: Choice, comm: MPI.Comm, stages: Stages | None = None) ->
 def _energies(study: Study, chosen: Choice) -> tuple[float, ...]:
     """Energies that the study reports beyond grazing, or three spread ones."""
     reported = tuple(ratio for ratio in study.continuation.report_at if ratio > 1)
-    spread = probes(study, chosen.analysis.model, count=_ENERGIES + 1)[1:]
+    spread = probes(chosen.prepared, count=_ENERGIES + 1)[1:]
     if not reported and not spread:
         raise StudyError(
             "continuation.energies: end below first contact, where all numbers are exact"
@@ -148,13 +149,13 @@ def _varied(
     found: dict[int, dict[float, BranchPoint]] = {}
     for number in _numbers(source, chosen.study):
         at = replace(chosen.study.resolution, **{source: number})
-        analysis: Analysis = chosen.analysis
+        linear = chosen.linear
         if source == "modes" and number != chosen.study.resolution.modes:
-            analysis = linear_analysis(chosen.study, comm, stages, at_most=number)
-            at = replace(at, modes=len(analysis.modes.omega))
-        study, here = chosen.study.with_resolution(at), analysis
+            linear = linear_analysis(chosen.study, comm, stages, at_most=number)
+            at = replace(at, modes=len(linear.modes.omega))
+        ready = prepared(chosen.study.with_resolution(at), linear)
         with stages.stage(source):
-            points = on_root(comm, lambda: solved(study, here, ratios))
+            points = on_root(comm, solved, ready, ratios)
         found[getattr(at, source)] = {point.gamma_ratio: point for point in points}
     return found
 
@@ -184,9 +185,11 @@ def _rows(
                     source=source,
                     number=number,
                     gamma_ratio=ratio,
-                    frequency=point.frequency if point else np.nan,
+                    frequency=point.motion.frequency if point else np.nan,
                     expected=_expected(source, point) if point else np.nan,
-                    true=point.frequency / exact.frequency - 1 if point and exact else np.nan,
+                    true=point.motion.frequency / exact.motion.frequency - 1
+                    if point and exact
+                    else np.nan,
                     status=point.status if point else "no motion found",
                 )
             )
@@ -195,8 +198,8 @@ def _rows(
 
 def _expected(source: str, point: BranchPoint) -> float:
     errors = {
-        "harmonics": point.harmonics_error,
-        "samples": point.samples_error,
-        "modes": point.reduction_error,
+        "harmonics": numbers.harmonics_error(point),
+        "samples": numbers.samples_error(point),
+        "modes": numbers.reduction_error(point),
     }
     return errors[source]

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from fenics_nnm.backbone.follow import EnergyContinuation, FrequencyContinuation, follow
-from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.follow import EnergyContinuation, ReducedOrder, follow
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.resonance import passing
-from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis
-from fenics_nnm.structure.analysis import harmonic_balance, wanted_motions
-from fenics_nnm.study import Study
+from fenics_nnm.nonlinear.series_error import SeriesError
+from fenics_nnm.structure.prepared import Prepared
 
 #: Number of energies. Their distance from grazing goes with the cube of their number, since the
 #: contact grows with the square root of that distance at first.
@@ -26,23 +22,19 @@ _ENERGIES = 9
 _NEAREST = 1.001
 
 
-def probes(study: Study, model: ReducedModel, *, count: int = _ENERGIES) -> tuple[float, ...]:
+def probes(prepared: Prepared, *, count: int = _ENERGIES) -> tuple[float, ...]:
     """Gamma ratios of the probes, ascending; none for a branch that ends below grazing.
 
     Args:
-        study: Study with all numbers.
-        model: Its reduced model, in SI units.
+        prepared: Study with all numbers.
         count: Number of probes.
     """
-    wanted = wanted_motions(study)
-    start, stop = wanted.start, wanted.stop
-    if isinstance(wanted, FrequencyContinuation):
-        ahead = outlook(model, wanted, harmonic_balance(study), mode=study.mode.number - 1)
-        ends = (passing(f, ahead.gamma_ratio, ahead.frequency_ratio) for f in (start, stop))
-        start, stop = sorted(ends)
-        if np.isnan(start) or np.isnan(stop):
-            return ()
-    linear = model.at_rest().is_linear(study.mode.number - 1)
+    wanted, model = prepared.wanted, prepared.linear.model
+    ahead = partial(outlook, model, wanted, prepared.balance, mode=prepared.mode)
+    start, stop = wanted.span(ahead)
+    if np.isnan(start) or np.isnan(stop):
+        return ()
+    linear = model.at_rest().is_linear(prepared.mode)
     first = max(float(start), _NEAREST) if linear else float(start)
     if stop <= first:
         return ()
@@ -50,9 +42,7 @@ def probes(study: Study, model: ReducedModel, *, count: int = _ENERGIES) -> tupl
     return tuple(float(ratio) for ratio in first + (stop - first) * part)
 
 
-def probed(
-    study: Study, analysis: LinearAnalysis | MatrixAnalysis, ratios: Sequence[float]
-) -> tuple[BranchPoint, ...]:
+def probed(prepared: Prepared, ratios: Sequence[float]) -> tuple[BranchPoint, ...]:
     """Points at some gamma ratios, where there are any, with all their expected errors.
 
     Where contact points carry mass, the error of the series is the difference to a motion of
@@ -60,41 +50,36 @@ def probed(
     """
     if not ratios:
         return ()
-    balance = harmonic_balance(study)
-    points = _points(study, analysis, balance, ratios)
-    if analysis.model.massless:
+    points, balance = solved(prepared, ratios), prepared.balance
+    if prepared.linear.model.massless:
         return points
     finer = replace(balance, harmonics=2 * balance.harmonics, samples=2 * balance.samples)
-    true = {p.gamma_ratio: p.frequency for p in _points(study, analysis, finer, ratios)}
+    solutions = solved(replace(prepared, balance=finer), ratios)
+    true = {p.gamma_ratio: p.motion.frequency for p in solutions}
     return tuple(
-        replace(point, harmonics_error=point.frequency / true[point.gamma_ratio] - 1)
+        _with_series_error(point, true[point.gamma_ratio])
         for point in points
         if point.gamma_ratio in true
     )
 
 
-def solved(
-    study: Study, analysis: LinearAnalysis | MatrixAnalysis, ratios: Sequence[float]
-) -> tuple[BranchPoint, ...]:
+def _with_series_error(point: BranchPoint, true: float) -> BranchPoint:
+    """A point with the error of its series, all of it taken to be that of the harmonics."""
+    error = SeriesError(point.motion.frequency / true - 1, samples=0.0, remainder=0.0)
+    return replace(point, expected=replace(point.expected, series=error))
+
+
+def solved(prepared: Prepared, ratios: Sequence[float]) -> tuple[BranchPoint, ...]:
     """Points of a study at some gamma ratios, where there are any."""
-    return _points(study, analysis, harmonic_balance(study), ratios)
-
-
-def _points(
-    study: Study,
-    analysis: LinearAnalysis | MatrixAnalysis,
-    balance: HarmonicBalance,
-    ratios: Sequence[float],
-) -> tuple[BranchPoint, ...]:
     ends = ratios[0], max(ratios[-1], 1.01 * ratios[0])
     energies = EnergyContinuation(
         *ends, step=ends[1] - ends[0], smallest_step=np.inf, report_at=tuple(ratios)
     )
     branch = follow(
-        analysis.model,
+        prepared.linear.model,
         energies,
-        balance,
-        mode=study.mode.number - 1,
-        truncation=analysis.reduction.truncation,
+        prepared.balance,
+        mode=prepared.mode,
+        order=ReducedOrder(prepared.linear.reduction.truncation),
     )
     return tuple(point for point in branch.points if point.gamma_ratio in ratios)

@@ -50,12 +50,21 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import NonlinearModeError, OutputError
 from fenics_nnm.fem.blocks import Blocks, Data
 from fenics_nnm.files.bounds import check_hdf5
+from fenics_nnm.mechanics.contact_points import MASSIVE, MASSLESS
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.results import journal
 from fenics_nnm.results.durable import replacing
-from fenics_nnm.results.journal import ARRAYS, SCALARS, Journal
+from fenics_nnm.results.journal import Journal
 from fenics_nnm.results.seal import break_seal, check_seal, seal
+from fenics_nnm.results.stored_point import (
+    ARRAYS,
+    SCALARS,
+    arrays_of,
+    point_from,
+    scalars_of,
+)
+from fenics_nnm.results.stored_text import values_of
 from fenics_nnm.study.resolution import Resolution
 
 FORMAT = "fenics_nnm branch 6"
@@ -93,6 +102,11 @@ class BranchHeader:
     model: ReducedModel
 
     @property
+    def values(self) -> Mapping[str, Any]:
+        """Values of the study file."""
+        return values_of(self.study)
+
+    @property
     def resolution(self) -> Resolution:
         """Harmonics, samples and modes."""
         return Resolution(self.harmonics, self.samples, self.modes)
@@ -116,12 +130,10 @@ def create(path: Path, header: BranchHeader, data: Data, known: Sequence[BranchP
     Raises:
         OutputError: if it cannot be written.
     """
-    blocks = {name: each for name, each in data.items() if isinstance(each, Blocks)}
-    arrays = {name: each for name, each in data.items() if not isinstance(each, Blocks)}
     with _writing(path):
         with replacing(path) as part:
-            part.write_bytes(_image(header, arrays))
-            _add(part, blocks)
+            part.write_bytes(_image(header, data.arrays))
+            _add(part, data.blocks)
             seal(part)
         journal.begin(path, known)
 
@@ -238,7 +250,7 @@ def _assert_format(path: Path, found: str) -> None:
 
 def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
     """Replace the file by one with these points; the journal is not needed any more then."""
-    size = sum(getattr(point, name).nbytes for point in points for name in ARRAYS)
+    size = sum(array.nbytes for point in points for array in arrays_of(point).values())
     with _writing(path), replacing(path) as part:
         shutil.copyfile(path, part)
         break_seal(part)
@@ -247,10 +259,9 @@ def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
             del file["points"]
             for number, point in enumerate(points):
                 group = file.create_group(f"points/{number:06d}")
-                for name in ARRAYS:
-                    group[name] = getattr(point, name)
-                for name in SCALARS:
-                    group.attrs[name] = getattr(point, name)
+                for name, array in arrays_of(point).items():
+                    group[name] = array
+                group.attrs.update(scalars_of(point))
             file.require_group("points")
         seal(part)
     shutil.rmtree(journal.folder_beside(path), ignore_errors=True)
@@ -318,16 +329,16 @@ def _header(file: h5py.File) -> BranchHeader:
             R=np.array(model["R"]),
             gap=np.array(model["gap"]),
             reference=float(model.attrs["reference"]) if "reference" in model.attrs else None,
+            contact=MASSLESS if np.any(model["R"]) else MASSIVE,
         ),
     )
 
 
 def _point(group: h5py.Group) -> BranchPoint:
-    values: dict[str, Any] = {name: np.array(group[name]) for name in ARRAYS}
-    for name in SCALARS:
-        value = group.attrs[name]
-        values[name] = value.item() if isinstance(value, np.generic) else value
-    return BranchPoint(**values)
+    scalars: dict[str, Any] = {name: group.attrs[name] for name in SCALARS}
+    for name, value in scalars.items():
+        scalars[name] = value.item() if isinstance(value, np.generic) else value
+    return point_from(scalars, {name: np.array(group[name]) for name in ARRAYS})
 
 
 class _writing:
@@ -340,6 +351,6 @@ class _writing:
         pass
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, OSError | RuntimeError) and not isinstance(error, OutputError):
+        if isinstance(error, OSError | RuntimeError):
             reason = getattr(error, "strerror", None) or error
             raise OutputError(f"{self._path}: cannot be written: {reason}") from error

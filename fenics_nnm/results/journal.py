@@ -1,7 +1,7 @@
 """Points of a run that is not finished: one small file each, in a folder beside branch.h5.
 
 `branch.points/000000.npz` ... in the order in which the points converged, each with q, force,
-free, multipliers and `scalars`, the other attributes of the point as JSON in UTF-8. A file is there
+free, multipliers and `scalars`, numbers and texts of the point as JSON in UTF-8. A file is there
 in full once its point was reported, and survives a power cut from then on; its size does not depend
 on the mesh.
 """
@@ -13,19 +13,17 @@ import itertools
 import json
 import logging
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.results.durable import PART, sync_folder, write_whole
+from fenics_nnm.results.stored_point import ARRAYS, arrays_of, point_from, scalars_of
 
 logger = logging.getLogger(__name__)
-
-#: Attributes of a point that are arrays, and the others.
-ARRAYS = ("q", "force", "free", "multipliers")
-SCALARS = tuple(item.name for item in fields(BranchPoint) if item.name not in ARRAYS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +79,7 @@ def opened(branch: Path) -> Journal:
 
 
 def read(branch: Path) -> tuple[BranchPoint, ...]:
-    """Points beside a branch.h5 in the order in which they converged; broken files are told."""
+    """Points beside a branch.h5 in the order in which they converged; broken files are reported."""
     folder = folder_beside(branch)
     found = [(path, _read_if_there(path)) for path in sorted(folder.glob("[0-9]*.npz"))]
     points = [(path, _unpacked(data)) for path, data in found if data is not None]
@@ -93,13 +91,11 @@ def read(branch: Path) -> tuple[BranchPoint, ...]:
 
 def packed(point: BranchPoint) -> bytes:
     """A point as the bytes of a .npz file."""
-    scalars = json.dumps({name: getattr(point, name) for name in SCALARS}, default=np.generic.item)
+    scalars = json.dumps(scalars_of(point), default=np.generic.item)
+    encoded = np.frombuffer(scalars.encode(), dtype=np.uint8)
     buffer = io.BytesIO()
-    np.savez(
-        buffer,
-        scalars=np.frombuffer(scalars.encode(), dtype=np.uint8),
-        **{name: getattr(point, name) for name in ARRAYS},
-    )
+    arrays: dict[str, Any] = arrays_of(point)
+    np.savez(buffer, scalars=encoded, **arrays)
     return buffer.getvalue()
 
 
@@ -108,7 +104,7 @@ def _unpacked(data: bytes) -> BranchPoint | None:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             scalars = json.loads(file["scalars"].tobytes())
-            return BranchPoint(**scalars, **{name: file[name] for name in ARRAYS})
+            return point_from(scalars, {name: file[name] for name in ARRAYS})
     except Exception:  # zip files can be broken in many ways
         return None
 

@@ -22,7 +22,7 @@ from fenics_nnm.results.durable import PART
 NAME = "owner.json"
 
 
-class Standing(Enum):
+class OwnerState(Enum):
     """What is known about the process that a folder belongs to."""
 
     LIVING = "living"
@@ -113,32 +113,32 @@ def owner(folder: Path) -> Owner | None:
         return None
 
 
-def standing(folder: Path) -> Standing:
+def state_of(folder: Path) -> OwnerState:
     """What is known about the owner of a folder; one that was given up has none any more."""
     try:
         descriptor = os.open(folder / NAME, os.O_RDONLY | os.O_CLOEXEC)
     except FileNotFoundError:
-        return Standing.GONE
+        return OwnerState.GONE
     except OSError:
-        return Standing.ELSEWHERE
+        return OwnerState.ELSEWHERE
     try:
         free = _lock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
     finally:
         os.close(descriptor)
-    return Standing.LIVING if free is False else _by_process(owner(folder), locks=free is True)
+    return OwnerState.LIVING if free is False else _by_process(owner(folder), locks=free is True)
 
 
-def _by_process(known: Owner | None, *, locks: bool) -> Standing:
+def _by_process(known: Owner | None, *, locks: bool) -> OwnerState:
     """Look for a process that holds no lock, or cannot hold one."""
     here = _this_process()
     if known is None:
-        return Standing.ELSEWHERE
+        return OwnerState.ELSEWHERE
     if known.boot != here.boot:
-        return Standing.GONE if known.host == here.host else Standing.ELSEWHERE
+        return OwnerState.GONE if known.host == here.host else OwnerState.ELSEWHERE
     if known.namespace == here.namespace:
         runs = _started(known.process) == known.started
-        return Standing.LIVING if runs else Standing.GONE
-    return Standing.GONE if locks else Standing.ELSEWHERE
+        return OwnerState.LIVING if runs else OwnerState.GONE
+    return OwnerState.GONE if locks else OwnerState.ELSEWHERE
 
 
 def _lock(descriptor: int, kind: int) -> bool | None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from fenics_nnm.backbone.follow import ArcContinuation, Branch, Continuation
+from fenics_nnm.arrays import Array
+from fenics_nnm.backbone.follow import Branch, Wanted
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import NonlinearModeError, StudyError
 from fenics_nnm.mechanics.model import ReducedModel
@@ -17,6 +17,7 @@ from fenics_nnm.reduction.comparison import mode_signs, model_difference
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.results.staging import Stopped, living_run, remove
+from fenics_nnm.results.stored_text import values_of
 from fenics_nnm.study import Study, study_from
 from fenics_nnm.study.leaves import leaves
 from fenics_nnm.study.messages import shown
@@ -24,9 +25,6 @@ from fenics_nnm.study.messages import shown
 #: Sections of a study that may differ: they say which points are wanted and what is written of
 #: them. Of the continuation some keys matter, see `_leaves`.
 _FREE = ("title", "continuation", "output")
-
-#: A point belongs to the wanted energies if it misses their ends by this part at most.
-_SAME_RATIO = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,16 +102,14 @@ def difference(stored: str, wanted: str) -> str:
     except (NonlinearModeError, tomllib.TOMLDecodeError) as error:
         return f"its study file cannot be read by this version: {error}"
     now = dict(_leaves(_study(wanted)))
-    in_file = [key for name in tomllib.loads(wanted) for key in now if key.startswith(f"{name}.")]
+    in_file = [key for name in values_of(wanted) for key in now if key.startswith(f"{name}.")]
     for key in dict.fromkeys([*in_file, *now, *before]):
         if before.get(key) != now.get(key):
             return f"{key} was {_value(before.get(key))} and is {_value(now.get(key))} now"
     return ""
 
 
-def known_points(
-    run: StoredRun, model: ReducedModel, wanted: Continuation
-) -> tuple[BranchPoint, ...]:
+def known_points(run: StoredRun, model: ReducedModel, wanted: Wanted) -> tuple[BranchPoint, ...]:
     """Stored points that are wanted again, in the modal coordinates of a model.
 
     Modes are known up to their sign, so the columns of q take the signs of this model's modes.
@@ -134,12 +130,12 @@ def known_points(
             "changed?"
         )
     signs = mode_signs(run.header.model, model)
-    low, high = wanted.start * (1 - _SAME_RATIO), wanted.stop * (1 + _SAME_RATIO)
-    if isinstance(wanted, ArcContinuation):
-        points = list(takewhile(lambda point: low <= point.gamma_ratio <= high, run.points))
-    else:
-        points = [point for point in run.points if low <= point.position <= high]
-    return tuple(replace(point, q=point.q * signs) for point in points)
+    return tuple(_with_signs(point, signs) for point in wanted.still_wanted(run.points))
+
+
+def _with_signs(point: BranchPoint, signs: Array) -> BranchPoint:
+    """A point in modal coordinates of other signs."""
+    return replace(point, motion=replace(point.motion, q=point.motion.q * signs))
 
 
 def remove_taken_over(stopped: tuple[Stopped, ...], text: str, branch: Branch) -> None:
@@ -155,7 +151,7 @@ def remove_taken_over(stopped: tuple[Stopped, ...], text: str, branch: Branch) -
 
 
 def _study(text: str) -> Study:
-    return study_from(tomllib.loads(text), Path("study.toml"))
+    return study_from(dict(values_of(text)), Path("study.toml"))
 
 
 def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
@@ -163,13 +159,7 @@ def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     for section, values in study.model_dump(by_alias=True).items():
         if section not in _FREE and values is not None:
             yield from leaves(section, values)
-    chosen = study.continuation
-    yield "continuation.parameter", chosen.parameter
-    yield "continuation.internal_resonance", "follow" if chosen.by_arc else "skip"
-    if chosen.by_arc:  # positions are lengths from the beginning
-        begins = chosen.start.model_dump() if chosen.start else {}
-        yield "continuation.energies.from", chosen.energies.start
-        yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
+    yield from study.continuation.position_keys()
 
 
 def _value(value: Any) -> str:

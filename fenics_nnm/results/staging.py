@@ -19,7 +19,7 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.results import branch_file, journal, owner
 from fenics_nnm.results.durable import sync_folder
-from fenics_nnm.results.owner import Standing
+from fenics_nnm.results.owner import OwnerState
 from fenics_nnm.results.tables import write_backbone
 
 logger = logging.getLogger(__name__)
@@ -98,7 +98,7 @@ def claim(folder: Path) -> Staging:
         raise StudyError(f"output folder {folder}: cannot be written: {reason}") from error
 
 
-def publish(staging: Path, folder: Path) -> None:
+def move_results(staging: Path, folder: Path) -> None:
     """Move the results to their folder in place of older ones: all of them, or none."""
     older, replaced = staging / _OLDER, staging / _REPLACED
     older.mkdir()
@@ -139,7 +139,7 @@ def rescue(staging: Staging) -> str:
         with suppress(OSError):  # another run may have begun in a folder made for this one
             for path in staging.made:
                 path.rmdir()
-    except OSError as error:
+    except (OSError, OutputError) as error:
         return f"what there is stays in {staging.path} ({error})"
     return ""
 
@@ -152,20 +152,20 @@ def stopped_runs(folder: Path) -> tuple[Stopped, ...]:
     """
     found = []
     for path in running_folders(folder):
-        standing = owner.standing(path)
-        if standing is Standing.LIVING:
+        state = owner.state_of(path)
+        if state is OwnerState.LIVING:
             continue
-        if standing is Standing.GONE:
+        if state is OwnerState.GONE:
             _tidy(path, folder)
         if (path / "branch.h5").exists():
-            found.append(Stopped(path, len(_points_in(path)), gone=standing is Standing.GONE))
+            found.append(Stopped(path, len(_points_in(path)), gone=state is OwnerState.GONE))
     return tuple(found)
 
 
 def living_run(folder: Path, *, but: Path | None = None) -> tuple[Path, str] | None:
     """Folder and owner of a run in a results folder, other than that in `but`; none if none is."""
     for path in running_folders(folder):
-        if path != but and owner.standing(path) is Standing.LIVING:
+        if path != but and owner.state_of(path) is OwnerState.LIVING:
             return path, str(owner.owner(path) or "a process")
     return None
 
@@ -223,14 +223,14 @@ def _keep(staging: Staging, points: tuple[BranchPoint, ...]) -> str:
         _remove(table)
     if any((staging.results / name).exists() for name in RESULTS):
         return f"{len(points)} points are in {staging.path}, older results are as they were"
-    publish(staging.path, staging.results)
+    move_results(staging.path, staging.results)
     return f"{len(points)} points are in {staging.results}"
 
 
 def _tidy(path: Path, folder: Path) -> None:
     """Bring the results of a run that was killed while they were moved to one side of that."""
     older, replaced = path / _OLDER, path / _REPLACED
-    with _told(path), _held(path) as held, owner.alone_in(folder) as alone:
+    with _errors_as_warnings(path), _held(path) as held, owner.alone_in(folder) as alone:
         if not held:
             if alone and not (path / owner.NAME).exists():
                 _remove_unowned(path)
@@ -262,11 +262,11 @@ def _move_all(source: Path, folder: Path) -> bool:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _errors_as_warnings(path: Path) -> Iterator[None]:
     """Errors of the operating system as a warning, as they are no matter of the present run."""
     try:
         yield
-    except OSError as error:
+    except (OSError, OutputError) as error:
         logger.warning("%s: is left over from a run that was killed: %s", path, error)
 
 

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.backbone.arc_start import Begin
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.targets import Begin
-from fenics_nnm.continuation.events import EventKind
+from fenics_nnm.continuation.events import BRANCH_POINT
 from fenics_nnm.errors import StudyError
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.comparison import mode_signs, model_difference
@@ -64,7 +65,7 @@ def _index(chosen: StartSection, points: tuple[BranchPoint, ...]) -> int:
                 "such point: name it in continuation.report_at of that run to have one"
             )
         return nearest
-    found = [i for i, point in enumerate(points) if point.event == EventKind.BRANCH_POINT]
+    found = [i for i, point in enumerate(points) if point.notes.event == BRANCH_POINT.kind]
     number = chosen.bifurcation or 0
     if number > len(found):
         raise StudyError(
@@ -93,7 +94,11 @@ def _assert_fits(
 def _first(model: ReducedModel, modes: int) -> ReducedModel:
     """The first modes of a model, without the residual flexibility: that is of the others."""
     return ReducedModel(
-        model.omega[:modes], model.Phi[:, :modes], np.zeros_like(model.R), model.gap
+        model.omega[:modes],
+        model.Phi[:, :modes],
+        np.zeros_like(model.R),
+        model.gap,
+        contact=MASSIVE,
     )
 
 
@@ -103,11 +108,11 @@ def _fitted(
     """A stored point in the modes and the series of another run."""
     modes = min(model.modes, header.model.modes)
     signs = mode_signs(_first(header.model, modes), _first(model, modes))
-    q: Array = np.zeros((len(point.q), model.modes))
-    q[:, :modes] = signs * point.q[:, :modes]
+    q: Array = np.zeros((len(point.motion.q), model.modes))
+    q[:, :modes] = signs * point.motion.q[:, :modes]
     if series.free_phase and header.series != "general":
         q = np.vstack([q, np.zeros((len(q) - 1, model.modes))])
     coefficients = series.fitted(q)
-    force = header.time_series.interpolated(point.force, series.phase)
+    force = header.time_series.interpolated(point.motion.force, series.phase)
     free: Array = np.zeros((len(coefficients), model.points))
-    return replace(point, q=coefficients, force=force, free=free)
+    return replace(point, motion=replace(point.motion, q=coefficients, force=force, free=free))

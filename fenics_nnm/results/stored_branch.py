@@ -13,7 +13,7 @@ from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.mechanics.fourier import Series
-from fenics_nnm.nonlinear.forces import contact_force_rates, contact_forces
+from fenics_nnm.mechanics.motion import force_rates_at, forces_at
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 
@@ -110,7 +110,7 @@ class StoredBranch:
 
     def coordinates(self, point: BranchPoint, phase: Array) -> Array:
         """Modal coordinates in kg^1/2 m at phases omega t, shape (len(phase), J)."""
-        return self.series.basis_at(phase) @ point.q
+        return self.series.basis_at(phase) @ point.motion.q
 
     def displacement(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
         """Displacement in m.
@@ -123,27 +123,27 @@ class StoredBranch:
         Returns:
             Shape (len(phase), number of nodes, dim).
         """
-        forces = contact_forces(self.header.model, self.series, point, phase)
+        forces = forces_at(self.header.model, self.series, point.motion, phase)
         field = self._field(self.coordinates(point, phase), forces, nodes)
         return self._with_inertia(field, self.series.basis_at(phase), point, nodes)
 
     def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
         """Velocity in m/s, the time derivative of `displacement`, of the same shape."""
-        rates = self.series.rate_at(phase) @ point.q
-        force_rates = contact_force_rates(self.header.model, self.series, point, phase)
+        rates = self.series.rate_at(phase) @ point.motion.q
+        force_rates = force_rates_at(self.header.model, self.series, point.motion, phase)
         by_phase = self._field(rates, force_rates, nodes)
         by_phase = self._with_inertia(by_phase, self.series.rate_at(phase), point, nodes)
-        return 2 * np.pi * point.frequency * by_phase
+        return 2 * np.pi * point.motion.frequency * by_phase
 
     def gap(self, point: BranchPoint, phase: Array) -> Array:
         """Distance in m of the contact points to their obstacle, shape (len(phase), n_c)."""
         model = self.header.model
-        forces = contact_forces(model, self.series, point, phase)
-        return model.gap - self.series.basis_at(phase) @ point.free + forces @ model.R
+        forces = forces_at(model, self.series, point.motion, phase)
+        return model.gap - self.series.basis_at(phase) @ point.motion.free + forces @ model.R
 
     def forces(self, point: BranchPoint, phase: Array) -> Array:
         """Contact forces in N, shape (len(phase), n_c)."""
-        return contact_forces(self.header.model, self.series, point, phase)
+        return forces_at(self.header.model, self.series, point.motion, phase)
 
     def largest_displacement(self, point: BranchPoint, instants: int = 48) -> Array:
         """Largest distance of each node from rest over the period in m, shape (n,)."""

@@ -4,69 +4,77 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fenics_nnm.backbone import point_numbers as numbers
 from fenics_nnm.backbone.point import BranchPoint
+
+#: Errors below this are round-off, and printed as zero.
+_ROUND_OFF = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """What a column of backbone.csv has of a point.
+
+    Attributes:
+        of: From a point to its number or text.
+        digits: Digits printed.
+        round_off: A smaller number is printed as zero.
+    """
+
+    of: Callable[[BranchPoint], float | str]
+    digits: int = 10
+    round_off: float = 0.0
+
+    def printed(self, point: BranchPoint) -> str:
+        """Its entry in the row of a point."""
+        value = self.of(point)
+        if isinstance(value, str):
+            return value
+        return f"{0.0 if abs(value) < self.round_off else value:.{self.digits}g}"
+
+
+def _error(of: Callable[[BranchPoint], float]) -> Column:
+    """A column of relative errors, of which few digits are known."""
+    return Column(of, digits=4, round_off=_ROUND_OFF)
+
 
 #: Columns of backbone.csv and where each comes from; other programs rely on the names.
 COLUMNS = {
-    "gamma_ratio": "gamma_ratio",
-    "frequency_Hz": "frequency",
-    "frequency_ratio": "frequency_ratio",
-    "rayleigh_frequency_Hz": "rayleigh_frequency",
-    "energy_J": "energy",
-    "penetration_m": "penetration",
-    "virial_error": "virial_error",
-    "contact_fraction": "contact_fraction",
-    "status": "status",
-    "reduction_residual": "reduction_residual",
-    "reduction_error": "reduction_error",
-    "return_error": "return_error",
-    "shot_frequency_Hz": "shot_frequency",
-    "largest_multiplier": "largest_multiplier",
-    "harmonics_error": "harmonics_error",
-    "samples_error": "samples_error",
-    "error_remainder": "error_remainder",
-    "resonance": "resonance",
-    "skipped": "skipped",
-    "event": "event",
-    "return_error_10": "return_error_10",
-    "energy_variation": "energy_variation",
-    "energy_drift": "energy_drift",
-    "tension_m": "tension",
-    "complementarity": "complementarity",
-    "shot_distance": "shot_distance",
-    "shot_return_error": "shot_return_error",
-    "stability": "stability",
-    "reason": "reason",
-    "slope_ratio": "slope_ratio",
-}
-
-#: Errors below this are round-off, and printed as zero.
-_ROUND_OFF = dict.fromkeys(
-    (
-        "reduction_residual",
-        "reduction_error",
-        "return_error",
-        "harmonics_error",
-        "samples_error",
-        "return_error_10",
-        "energy_variation",
-        "energy_drift",
-        "complementarity",
-        "shot_distance",
-    ),
-    1e-12,
-)
-
-#: Digits of what is known to fewer than ten.
-_DIGITS = {
-    **dict.fromkeys((*_ROUND_OFF, "error_remainder", "slope_ratio"), 4),
-    "shot_frequency": 9,
-    "largest_multiplier": 7,
-    "shot_return_error": 2,
+    "gamma_ratio": Column(lambda point: point.gamma_ratio),
+    "frequency_Hz": Column(lambda point: point.motion.frequency),
+    "frequency_ratio": Column(lambda point: point.frequency_ratio),
+    "rayleigh_frequency_Hz": Column(lambda point: point.motion.rayleigh_frequency),
+    "energy_J": Column(lambda point: point.motion.energy),
+    "penetration_m": Column(lambda point: point.balance.penetration),
+    "virial_error": Column(lambda point: point.balance.virial_error),
+    "contact_fraction": Column(lambda point: point.motion.contact_fraction),
+    "status": Column(lambda point: point.status),
+    "reduction_residual": _error(numbers.reduction_residual),
+    "reduction_error": _error(numbers.reduction_error),
+    "return_error": _error(numbers.return_error),
+    "shot_frequency_Hz": Column(numbers.shot_frequency, digits=9),
+    "largest_multiplier": Column(numbers.largest_multiplier, digits=7),
+    "harmonics_error": _error(numbers.harmonics_error),
+    "samples_error": _error(numbers.samples_error),
+    "error_remainder": Column(numbers.error_remainder, digits=4),
+    "resonance": Column(lambda point: point.resonance),
+    "skipped": Column(lambda point: point.notes.skipped),
+    "event": Column(lambda point: point.notes.event),
+    "return_error_10": _error(numbers.return_error_10),
+    "energy_variation": _error(lambda point: point.balance.energy_variation),
+    "energy_drift": _error(numbers.energy_drift),
+    "tension_m": Column(lambda point: point.balance.tension),
+    "complementarity": _error(lambda point: point.balance.complementarity),
+    "shot_distance": _error(numbers.shot_distance),
+    "shot_return_error": Column(numbers.shot_return_error, digits=2),
+    "stability": Column(numbers.stability_kind),
+    "reason": Column(lambda point: point.reason),
+    "slope_ratio": Column(lambda point: point.notes.slope_ratio, digits=4),
 }
 
 
@@ -80,8 +88,7 @@ def write_backbone(path: Path, points: Iterable[BranchPoint]) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["point", *COLUMNS])
         for number, point in enumerate(points, start=1):
-            values = [_printed(name, getattr(point, name)) for name in COLUMNS.values()]
-            writer.writerow([number, *values])
+            writer.writerow([number, *(column.printed(point) for column in COLUMNS.values())])
 
 
 def write_summary(path: Path, summary: dict[str, Any]) -> None:
@@ -91,9 +98,3 @@ def write_summary(path: Path, summary: dict[str, Any]) -> None:
         OSError: if it cannot be written.
     """
     path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
-
-
-def _printed(name: str, value: float | str) -> str:
-    if isinstance(value, str):
-        return value
-    return f"{0.0 if abs(value) < _ROUND_OFF.get(name, 0) else value:.{_DIGITS.get(name, 10)}g}"

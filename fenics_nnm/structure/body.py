@@ -38,5 +38,7 @@ def _springs(study: MeshStudy, dim: int) -> Iterator[Attachment]:
         key = f"spring[{number}]"
         point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
         per_area = each.foundation is not None
-        values = fitted(each.values, dim, f"{key}.{'foundation' if per_area else 'stiffness'}")
-        yield Attachment(key, "spring", values, point, each.facets or (), per_area)
+        name = "foundation" if per_area else "stiffness"
+        values = fitted(each.values or (0.0,) * dim, dim, f"{key}.{name}")
+        cubic = fitted(each.cubic, dim, f"{key}.cubic") if each.cubic else ()
+        yield Attachment(key, "spring", values, point, each.facets or (), per_area, cubic)

@@ -2,36 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
-from fenics_nnm.casing import (
-    Cone,
-    Frame,
-    LobedRadius,
-    Plane,
-    RadialSurface,
-    Reversed,
-    Surface,
-    read_radii,
-)
+from fenics_nnm.casing import Surface
 from fenics_nnm.errors import GeometryError, ModelError
 from fenics_nnm.fem.contact_patch import Field, Opposite, Patch
 from fenics_nnm.fem.direction import Direction
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.study.casing import CasingSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection, PatchSection
-from fenics_nnm.study.record import axis_vector, fitted
+from fenics_nnm.study.record import fitted
 
 Result = TypeVar("Result")
-
-#: Where angles about an axis begin if the study does not tell.
-_ZERO = {"x": "y", "y": "z", "z": "x"}
 
 
 def contact_patches(
@@ -57,9 +43,8 @@ def _patch(key: str, patch: PatchSection, tagged: TaggedMesh) -> Patch:
     surface = None
     if casing is not None:
         made = casing
-        surface = on_root(
-            tagged.mesh.comm, lambda: _naming(f"{key}.casing", lambda: casing_surface(made))
-        )
+        comm = tagged.mesh.comm
+        surface = on_root(comm, _naming, f"{key}.casing", made.surface)
     return Patch(
         key=key,
         name=patch.name or ", ".join(patch.facets),
@@ -71,52 +56,6 @@ def _patch(key: str, patch: PatchSection, tagged: TaggedMesh) -> Patch:
         opposite=opposite,
         averaged=patch.rows == "averaged",
     )
-
-
-def casing_surface(casing: CasingSection) -> Surface:
-    """The surface that a section describes.
-
-    Raises:
-        GeometryError: if its table cannot be read, or a radius is not positive.
-    """
-    origin = _in_space(casing.origin or ())
-    if casing.shape == "plane":
-        return Plane(origin, _in_space(casing.normal or ()))
-    zero = casing.zero or (_ZERO[casing.axis] if isinstance(casing.axis, str) else None)
-    frame = Frame(
-        origin,
-        _in_space(axis_vector(casing.axis)),
-        _in_space(axis_vector(zero)) if zero else None,
-    )
-    surface = _round_surface(casing, frame)
-    return Reversed(surface) if casing.body == "outside" else surface
-
-
-def _round_surface(casing: CasingSection, frame: Frame) -> Surface:
-    if casing.file is not None:
-        return RadialSurface(frame, read_radii(casing.file))
-    if casing.lobes is not None:
-        assert casing.amplitude is not None
-        profile = casing.profile or ()
-        return RadialSurface(
-            frame,
-            LobedRadius(
-                mean=tuple(r for _, r in profile) or (casing.radius or 0.0,),
-                lobes=casing.lobes,
-                amplitude=casing.amplitude,
-                phase=math.radians(casing.phase_deg or 0.0),
-                stations=tuple(x for x, _ in profile),
-            ),
-        )
-    assert casing.radius is not None
-    return Cone(frame, casing.radius, _slope(casing))
-
-
-def _slope(casing: CasingSection) -> float:
-    """Rise of the radius along the axis."""
-    if casing.end_radius is not None and casing.length is not None:
-        return (casing.end_radius - (casing.radius or 0.0)) / casing.length
-    return math.tan(math.radians(casing.half_angle_deg or 0.0))
 
 
 def _gap(key: str, patch: PatchSection, surface: Surface | None) -> Field | None:
@@ -166,10 +105,6 @@ def _naming(key: str, work: Callable[[], Result]) -> Result:
         return work()
     except GeometryError as error:
         raise GeometryError(f"{key}: {error}") from error
-
-
-def _in_space(vector: tuple[float, ...]) -> Array:
-    return np.array([*vector, 0.0, 0.0, 0.0][:3])
 
 
 def _quoted(names: tuple[str, ...]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from mpi4py import MPI
 
@@ -22,9 +22,13 @@ from fenics_nnm.fem.picking import (
     Radii,
     with_groups,
 )
+from fenics_nnm.geometry import Geometry
 from fenics_nnm.study import MeshStudy
 from fenics_nnm.study.groups import GroupSection, as_vector
 from fenics_nnm.study.mesh import CadFile, MeshFile
+
+Picker = Callable[[TaggedMesh], TaggedMesh]
+"""Names groups of a mesh."""
 
 
 def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
@@ -38,14 +42,27 @@ def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
     def pick(tagged: TaggedMesh) -> TaggedMesh:
         return with_groups(tagged, _picks(study.groups, tagged))
 
-    if isinstance(study.mesh, CadFile):
-        section = study.mesh
-        refined = tuple(Refined(r.facets, r.size, r.distance) for r in section.refine)
-        return pick(read_cad(_cad(section), refined, pick, comm, _limits(section)))
-    if isinstance(study.mesh, MeshFile):
-        file = study.mesh
-        return pick(read_mesh(file.file, file.length_unit, comm, _limits(file)))
-    return pick(generate_mesh(study.mesh, comm))
+    make = _MAKE.get(type(study.mesh), _generated)
+    return pick(make(study.mesh, pick, comm))
+
+
+def _read_cad(section: CadFile, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
+    refined = tuple(
+        Refined(r.facets, r.size, r.distance, "mesh.refine.facets") for r in section.refine
+    )
+    return read_cad(_cad(section), refined, pick, comm, _limits(section))
+
+
+def _read_mesh(section: MeshFile, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
+    return read_mesh(section.file, section.length_unit, comm, _limits(section))
+
+
+def _generated(section: Geometry, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
+    return generate_mesh(section, comm)
+
+
+#: How a mesh is made of each kind of section; all others are built-in geometries.
+_MAKE: Mapping[type, Callable[..., TaggedMesh]] = {CadFile: _read_cad, MeshFile: _read_mesh}
 
 
 def _cad(section: CadFile) -> Cad:

@@ -6,13 +6,15 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.study.record import FromList, Names, Positive, Record, Vector
+from fenics_nnm.study.record import Count, Finite, FromList, Names, Positive, Record, Vector
 
 Stiffnesses = Annotated[
     tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...],
     Field(min_length=1, max_length=3),
     FromList,
 ]
+
+Cubics = Annotated[tuple[Finite, ...], Field(min_length=1, max_length=3), FromList]
 
 
 class _Attached(Record):
@@ -42,10 +44,20 @@ class SpringSection(_Attached):
         None, description="[kx, ky, kz] in N/m^3, per area of facets; as many as dimensions"
     )
 
+    cubic: Cubics | None = Field(
+        None,
+        description="[kx, ky, kz] in N/m^3: force k x^3 besides the linear one, of the vertex or "
+        "of the mean displacement of all facets; as many as dimensions",
+    )
+
     @model_validator(mode="after")
     def _one_stiffness(self) -> SpringSection:
+        if self.cubic and not any(self.cubic):
+            raise ValueError(f"cubic = {list(self.cubic)}: must not be zero")
+        if self.cubic and self.stiffness is None and self.foundation is None:
+            return self
         if (self.stiffness is None) == (self.foundation is None):
-            raise ValueError("stiffness, foundation: must have one of the two")
+            raise ValueError("stiffness, foundation: must have one of the two, or cubic")
         if self.foundation is not None and self.facets is None:
             raise ValueError("foundation: is per area: needs facets")
         if not any(self.values):
@@ -57,3 +69,16 @@ class SpringSection(_Attached):
     def values(self) -> tuple[float, ...]:
         """Stiffness along the axes in N/m, or N/m^3 of a foundation."""
         return self.stiffness or self.foundation or ()
+
+
+class MatrixSpringSection(Record):
+    """A cubic spring to the ground at an unknown of matrices, which hold all that is linear."""
+
+    unknown: Count = Field(description="number of the unknown: row of the stiffness, from 1")
+    cubic: Finite = Field(description="k in N/m^3: force k x^3 besides the linear one")
+
+    @model_validator(mode="after")
+    def _has_effect(self) -> MatrixSpringSection:
+        if not self.cubic:
+            raise ValueError("cubic = 0: must not be zero")
+        return self

@@ -2,41 +2,134 @@
 
 from __future__ import annotations
 
+import math
+from abc import abstractmethod
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import Field, Tag, model_validator
 
+from fenics_nnm.arrays import Array
+from fenics_nnm.casing import (
+    Cone,
+    Frame,
+    LobedRadius,
+    Plane,
+    RadialSurface,
+    Reversed,
+    Surface,
+    read_radii,
+)
 from fenics_nnm.study.messages import shown
 from fenics_nnm.study.record import Count, Finite, FromList, Positive, Record, Vector, axis_vector
+from fenics_nnm.study.tagged import by_key
 
 Pairs = Annotated[
     tuple[Annotated[tuple[Finite, Positive], FromList], ...], Field(min_length=2), FromList
 ]
 Axis = Literal["x", "y", "z"] | Vector
 
-#: Keys that a shape needs, and those that it may have besides.
-_ROUND = {"origin", "clearance", "body"}
-_KEYS: dict[str, tuple[set[str], set[str]]] = {
-    "cylinder": ({"axis", "radius"}, _ROUND),
-    "cone": ({"axis", "radius"}, {*_ROUND, "half_angle_deg", "end_radius", "length"}),
-    "lobed": ({"axis", "lobes", "amplitude"}, {*_ROUND, "radius", "profile", "phase_deg", "zero"}),
-    "table": ({"axis", "file"}, {*_ROUND, "zero"}),
-    "plane": ({"origin", "normal"}, {"clearance"}),
-}
+#: Where angles about an axis begin if the study does not say so.
+_ZERO: dict[str, Axis] = {"x": "y", "y": "z", "z": "x"}
+
+_SHAPES = '"cylinder", "cone", "lobed", "table" or "plane"'
+_RADIUS = "radius at the origin in m, positive"
 
 
-class CasingSection(Record):
-    """A rigid surface; the gap of a contact point is its distance along the contact direction."""
+class AnyCasing(Record):
+    """A rigid surface; the gap of a contact point is its distance along the contact direction.
 
-    shape: Literal["cylinder", "cone", "lobed", "table", "plane"] = Field(
-        description='"cylinder", "cone", "lobed", "table" or "plane"'
+    Attributes:
+        shape: Kind of the surface.
+        clearance: Added to the distance, in m.
+    """
+
+    shape: str
+    clearance: Finite = Field(0.0, description="added to the distance, in m")
+
+    @property
+    def word(self) -> str:
+        """What the surface is called."""
+        return "obstacle"
+
+    @abstractmethod
+    def surface(self) -> Surface:
+        """The surface that the section means.
+
+        Raises:
+            GeometryError: if its table cannot be read, or a radius is not positive.
+        """
+
+    @model_validator(mode="after")
+    def _vectors_are_not_zero(self) -> Self:
+        for key in ("axis", "normal", "zero"):
+            vector = getattr(self, key, None)
+            if isinstance(vector, tuple) and not any(vector):
+                raise ValueError(f"{key} = {list(vector)}: must not be zero")
+        return self
+
+
+class PlaneSection(AnyCasing):
+    """A plane."""
+
+    shape: Literal["plane"] = Field(description=_SHAPES)
+    origin: Vector = Field(description="a point of the plane in m")
+    normal: Vector = Field(description="direction from the body to the plane")
+
+    def surface(self) -> Surface:
+        """The plane."""
+        return Plane(_in_space(self.origin), _in_space(self.normal))
+
+
+class _Round(AnyCasing):
+    """A surface about an axis."""
+
+    axis: Axis = Field(
+        description='axis of the casing: "x", "y", "z" or a vector of finite numbers'
     )
-    axis: Axis | None = Field(
-        None, description='axis of the casing: "x", "y", "z" or a vector of finite numbers'
+    origin: Vector | None = Field(None, description="a point on the axis in m")
+    body: Literal["inside", "outside"] | None = Field(
+        None, description='where the body is: "inside" a casing or "outside", around a shaft'
     )
-    origin: Vector | None = Field(None, description="a point on the axis, or of the plane, in m")
-    radius: Positive | None = Field(None, description="radius at the origin in m, positive")
+
+    @property
+    def word(self) -> str:
+        """What the surface is called."""
+        return "shaft" if self.body == "outside" else "casing"
+
+    @property
+    def _zero(self) -> Axis | None:
+        """Direction of angle zero, None where it is not known."""
+        return _ZERO[self.axis] if isinstance(self.axis, str) else None
+
+    @abstractmethod
+    def _about(self, frame: Frame) -> Surface:
+        """The surface with the body inside."""
+
+    def surface(self) -> Surface:
+        """The surface about its axis."""
+        zero = _in_space(axis_vector(self._zero)) if self._zero else None
+        frame = Frame(_in_space(self.origin or ()), _in_space(axis_vector(self.axis)), zero)
+        inside = self._about(frame)
+        return Reversed(inside) if self.body == "outside" else inside
+
+
+class CylinderSection(_Round):
+    """A cylinder."""
+
+    shape: Literal["cylinder"] = Field(description=_SHAPES)
+    radius: Positive = Field(description=_RADIUS)
+
+    def _about(self, frame: Frame) -> Surface:
+        return Cone(frame, self.radius, 0.0)
+
+
+class ConeSection(_Round):
+    """A cone, by its angle or two radii."""
+
+    shape: Literal["cone"] = Field(description=_SHAPES)
+    radius: Positive = Field(description=_RADIUS)
     half_angle_deg: float | None = Field(
         None,
         gt=-90,
@@ -45,64 +138,38 @@ class CasingSection(Record):
     )
     end_radius: Positive | None = Field(None, description="radius at `length` in m, positive")
     length: Positive | None = Field(None, description="from radius to end_radius in m, positive")
-    lobes: Count | None = Field(None, description="number of lobes, positive")
-    amplitude: Positive | None = Field(None, description="height of a lobe in m, positive")
-    phase_deg: Finite | None = Field(None, description="angle of a largest radius in degrees")
-    profile: Pairs | None = Field(
-        None, description="[[x, r], ...]: axial coordinates, ascending, and mean radii in m"
-    )
-    file: Annotated[Path | None, Field(strict=False, description="a .csv file of radii")] = None
-    zero: Axis | None = Field(
-        None, description='direction of angle zero: "x", "y", "z" or a vector of finite numbers'
-    )
-    normal: Vector | None = Field(None, description="direction from the body to the plane")
-    body: Literal["inside", "outside"] | None = Field(
-        None, description='where the body is: "inside" a casing or "outside", around a shaft'
-    )
-    clearance: Finite = Field(0.0, description="added to the distance, in m")
+
+    @property
+    def slope(self) -> float:
+        """Rise of the radius along the axis."""
+        if self.end_radius is not None and self.length is not None:
+            return (self.end_radius - self.radius) / self.length
+        return math.tan(math.radians(self.half_angle_deg or 0.0))
+
+    def _about(self, frame: Frame) -> Surface:
+        return Cone(frame, self.radius, self.slope)
 
     @model_validator(mode="after")
-    def _keys_fit_shape(self) -> CasingSection:
-        needed, possible = _KEYS[self.shape]
-        for key in sorted(needed):
-            if getattr(self, key) is None:
-                raise ValueError(f'{key}: is missing: shape = "{self.shape}" needs it')
-        for key in sorted(type(self).model_fields.keys() - needed - possible - {"shape"}):
-            if getattr(self, key) != type(self).model_fields[key].default:
-                known = ", ".join(sorted(needed | possible))
-                raise ValueError(
-                    f'{key}: does not belong to shape = "{self.shape}": it has {known}'
-                )
-        for key in ("axis", "normal", "zero"):
-            vector = getattr(self, key)
-            if isinstance(vector, tuple) and not any(vector):
-                raise ValueError(f"{key} = {list(vector)}: must not be zero")
-        return self
-
-    @model_validator(mode="after")
-    def _cone_is_given_once(self) -> CasingSection:
+    def _is_given_once(self) -> Self:
         by_radii = (self.end_radius is not None, self.length is not None)
-        if self.shape == "cone" and (
-            any(by_radii) != all(by_radii) or any(by_radii) == (self.half_angle_deg is not None)
-        ):
+        if any(by_radii) != all(by_radii) or any(by_radii) == (self.half_angle_deg is not None):
             raise ValueError('shape = "cone": needs either half_angle_deg or end_radius and length')
         return self
 
-    @model_validator(mode="after")
-    def _lobes_have_one_mean_radius(self) -> CasingSection:
-        if self.shape != "lobed":
-            return self
-        if (self.radius is None) == (self.profile is None):
-            raise ValueError('shape = "lobed": needs either radius or profile')
-        stations = [x for x, _ in self.profile or ()]
-        if stations != sorted(set(stations)):
-            raise ValueError("profile: axial coordinates must rise from pair to pair")
-        return self
+
+class _Turning(_Round):
+    """A surface whose radius changes with the angle about the axis."""
+
+    zero: Axis | None = Field(
+        None, description='direction of angle zero: "x", "y", "z" or a vector of finite numbers'
+    )
+
+    @property
+    def _zero(self) -> Axis | None:
+        return self.zero or super()._zero
 
     @model_validator(mode="after")
-    def _zero_is_known(self) -> CasingSection:
-        if self.shape not in ("lobed", "table"):
-            return self
+    def _zero_is_known(self) -> Self:
         if self.zero is None and not isinstance(self.axis, str):
             raise ValueError("zero: is missing: the direction of angle zero about such an axis")
         axis, zero = axis_vector(self.axis), axis_vector(self.zero)
@@ -111,3 +178,61 @@ class CasingSection(Record):
         if self.zero is not None and product**2 > (1 - 1e-12) * lengths:
             raise ValueError(f"zero = {shown(self.zero)}: must not be along the axis")
         return self
+
+
+class LobedSection(_Turning):
+    """A casing with lobes."""
+
+    shape: Literal["lobed"] = Field(description=_SHAPES)
+    lobes: Count = Field(description="number of lobes, positive")
+    amplitude: Positive = Field(description="height of a lobe in m, positive")
+    phase_deg: Finite = Field(0.0, description="angle of a largest radius in degrees")
+    radius: Positive | None = Field(None, description=_RADIUS)
+    profile: Pairs | None = Field(
+        None, description="[[x, r], ...]: axial coordinates, ascending, and mean radii in m"
+    )
+
+    def _about(self, frame: Frame) -> Surface:
+        profile = self.profile or ()
+        radius = LobedRadius(
+            mean=tuple(r for _, r in profile) or (self.radius or 0.0,),
+            lobes=self.lobes,
+            amplitude=self.amplitude,
+            phase=math.radians(self.phase_deg),
+            stations=tuple(x for x, _ in profile),
+        )
+        return RadialSurface(frame, radius)
+
+    @model_validator(mode="after")
+    def _one_mean_radius(self) -> Self:
+        if (self.radius is None) == (self.profile is None):
+            raise ValueError('shape = "lobed": needs either radius or profile')
+        stations = [x for x, _ in self.profile or ()]
+        if stations != sorted(set(stations)):
+            raise ValueError("profile: axial coordinates must rise from pair to pair")
+        return self
+
+
+class TableSection(_Turning):
+    """A casing by a table of radii."""
+
+    shape: Literal["table"] = Field(description=_SHAPES)
+    file: Path = Field(strict=False, description="a .csv file of radii")
+
+    def _about(self, frame: Frame) -> Surface:
+        return RadialSurface(frame, read_radii(self.file))
+
+
+CasingSection = Annotated[
+    Annotated[CylinderSection, Tag('shape = "cylinder"')]
+    | Annotated[ConeSection, Tag('shape = "cone"')]
+    | Annotated[LobedSection, Tag('shape = "lobed"')]
+    | Annotated[TableSection, Tag('shape = "table"')]
+    | Annotated[PlaneSection, Tag('shape = "plane"')],
+    by_key("shape"),
+]
+"""A rigid surface; the gap of a contact point is its distance along the contact direction."""
+
+
+def _in_space(vector: tuple[float, ...]) -> Array:
+    return np.array([*vector, 0.0, 0.0, 0.0][:3])

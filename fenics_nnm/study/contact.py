@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -19,6 +20,7 @@ from fenics_nnm.study.record import (
     Vector,
     axis_vector,
 )
+from fenics_nnm.study.reduction import Law
 
 Gaps = Annotated[tuple[Finite, ...], Field(min_length=1), FromList]
 
@@ -26,34 +28,17 @@ Gaps = Annotated[tuple[Finite, ...], Field(min_length=1), FromList]
 class LawSection(Record):
     """Contact law, of a mesh and of matrices alike."""
 
-    law: Literal["complementarity", "augmented-lagrangian"] | None = Field(
-        None, description="by default the one that fits reduction.method"
-    )
+    law: Law | None = Field(None, description="by default the one that fits reduction.method")
     reference_displacement: Positive | None = Field(
         None,
         description="displacement in m, at gamma ratio 1, of points that touch without force at "
         "rest (gap 0); positive",
     )
 
-
-class MatrixContactSection(LawSection):
-    """Gaps of the contact rows of [matrices]."""
-
-    gap: Finite | Gaps = Field(
-        description="initial gap in m, negative for an interference: one number, or a list "
-        "with one a contact row"
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in (*PatchSection.model_fields, "patch"):
-            if key != "gap" and isinstance(values, dict) and key in values:
-                raise ValueError(
-                    f"{key}: belongs to [mesh]: with [matrices] each contact row is a contact "
-                    "point, with its direction"
-                )
-        return values
+    @property
+    def patches(self) -> dict[str, PatchSection]:
+        """Patches of a mesh by their places in the study file, none with matrices."""
+        return {}
 
 
 class PatchSection(Record):
@@ -134,6 +119,21 @@ class PatchSection(Record):
         return axis_vector(self.axis)
 
 
+class MatrixContactSection(LawSection):
+    """Gaps of the contact rows of [matrices]."""
+
+    absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        (PatchSection.model_fields.keys() - {"gap"}) | {"patch"},
+        "belongs to [mesh]: with [matrices] each contact row is a contact point, with its "
+        "direction",
+    )
+
+    gap: Finite | Gaps = Field(
+        description="initial gap in m, negative for an interference: one number, or a list "
+        "with one a contact row"
+    )
+
+
 class ContactSection(LawSection, PatchSection):
     """One patch, with the contact law."""
 
@@ -146,19 +146,14 @@ class ContactSection(LawSection, PatchSection):
 class PatchesSection(LawSection):
     """Several patches, with the contact law of all."""
 
+    absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        PatchSection.model_fields,
+        "belongs to one of the patches: must stand under [[contact.patch]]",
+    )
+
     patch: Annotated[tuple[PatchSection, ...], Field(min_length=1), FromList] = Field(
         description="sections [[contact.patch]]"
     )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _nothing_of_a_patch(cls, values: Any) -> Any:
-        for key in PatchSection.model_fields:
-            if isinstance(values, dict) and key in values:
-                raise ValueError(
-                    f"{key}: belongs to one of the patches: must stand under [[contact.patch]]"
-                )
-        return values
 
     @model_validator(mode="after")
     def _names_differ(self) -> PatchesSection:

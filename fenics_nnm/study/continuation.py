@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
+from fenics_nnm.backbone.arc_continuation import ArcContinuation
+from fenics_nnm.backbone.arc_start import Begin
+from fenics_nnm.backbone.energy_continuation import EnergyContinuation
+from fenics_nnm.backbone.frequency_continuation import FrequencyContinuation
+from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.study.record import Count, FromList, Positive, Record
+from fenics_nnm.study.tagged import tag_text, value_of
+
+Stepping = Literal["energy", "frequency", "arc-length"]
+
+#: From this number of samples on, more of them did not help the studies that were tried.
+_ENOUGH_SAMPLES = 64
+
+_PARAMETERS = 'what is stepped: "energy", "frequency" or "arc-length"'
+_RESONANCES = '"skip": stay on the main branch; "follow": through it, by arc-length'
+_ENERGIES = "range { from, to, step } of gamma ratios"
 
 #: Most energies of a study; more are a misprint of the step.
 _MOST_STEPS = 100_000
@@ -17,17 +33,26 @@ _MOST_STEPS = 100_000
 Ratio = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
 
 
-class Range(Record):
-    """Equal steps from one value to another."""
+class Bounds(Record):
+    """From one value to another."""
 
     start: Ratio = Field(alias="from", description="first value")
     stop: Ratio = Field(alias="to", description="last value")
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        if self.start >= self.stop:
+            raise ValueError(f"from = {self.start:g}, to = {self.stop:g}: from must be below to")
+        return self
+
+
+class Range(Bounds):
+    """Equal steps from one value to another."""
+
     step: Ratio = Field(description="largest step")
 
     @model_validator(mode="after")
-    def _ascending(self) -> Range:
-        if self.start >= self.stop:
-            raise ValueError(f"from = {self.start:g}, to = {self.stop:g}: from must be below to")
+    def _few_steps(self) -> Self:
         if self.stop - self.start > _MOST_STEPS * self.step:
             raise ValueError(f"step = {self.step:g}: must give at most {_MOST_STEPS} steps")
         return self
@@ -39,6 +64,17 @@ class Energies(Range):
     start: Ratio = Field(0.7, alias="from", description="first gamma ratio")
     stop: Ratio = Field(3.0, alias="to", description="last gamma ratio")
     step: Ratio = Field(0.1, description="largest step of the gamma ratio")
+
+
+class ArcEnergies(Bounds):
+    """Energies that a branch by its length lies between, as ratios of gamma to grazing."""
+
+    absent: ClassVar[Mapping[str, str]] = {
+        "step": 'has no effect with parameter = "arc-length": steps are those of arc_length'
+    }
+
+    start: Ratio = Field(0.7, alias="from", description="first gamma ratio")
+    stop: Ratio = Field(3.0, alias="to", description="last gamma ratio")
 
 
 class Frequencies(Range):
@@ -108,88 +144,240 @@ class StartSection(Record):
         return self
 
 
-class ContinuationSection(Record):
-    """Which motions of the branch to visit."""
+class _Branch(Record):
+    """What every branch has.
 
-    parameter: Literal["energy", "frequency", "arc-length"] = Field(
-        "energy", description='what is stepped: "energy", "frequency" or "arc-length"'
-    )
-    internal_resonance: Literal["skip", "follow"] | None = Field(
-        None,
-        description='"skip": stay on the main branch; "follow": through it, by arc-length',
-    )
-    energies: Energies = Field(Energies(), description="range { from, to, step } of gamma ratios")
-    frequencies: Frequencies | None = Field(
-        None, description="range { from, to, step } of frequency ratios"
-    )
+    Attributes:
+        stepping: What the branch is followed by.
+        start: A motion to begin at in place of the linear mode.
+    """
+
+    stepping: ClassVar[Stepping]
+
     report_at: Annotated[tuple[Positive, ...], FromList] = Field(
         (), description="gamma ratios that get a point and ParaView files"
-    )
-    arc_length: ArcLengthSection | None = Field(
-        None, description="{ step, smallest_step, largest_step, points, predictor }"
-    )
-    start: StartSection | None = Field(
-        None, description="{ file, gamma_ratio or bifurcation, direction } of an earlier run"
     )
     shooting: bool = Field(
         True, description="true or false: shoot for the exact motion in time near each point"
     )
 
     @property
+    def beginning(self) -> StartSection | None:
+        """A motion of an earlier run to begin at, None for the linear mode."""
+        return None
+
+    @property
     def by_arc(self) -> bool:
         """Whether the branch is followed by its length."""
-        return self.parameter == "arc-length" or self.internal_resonance == "follow"
+        return self.stepping == "arc-length"
 
-    @model_validator(mode="after")
-    def _range_fits_parameter(self) -> ContinuationSection:
-        by_frequency = self.parameter == "frequency"
-        if by_frequency and self.frequencies is None:
-            raise ValueError('parameter = "frequency": needs frequencies = { from, to, step }')
-        if by_frequency and "energies" in self.model_fields_set:
-            raise ValueError('energies: does not go with parameter = "frequency"')
-        if not by_frequency and self.frequencies is not None:
-            raise ValueError('frequencies: needs parameter = "frequency"')
-        if self.parameter == "arc-length" and "step" in self.energies.model_fields_set:
+    def advice(self, samples: int) -> str:
+        """Keys of the study that may help where motions are missing.
+
+        Few samples see a contact of short duration at one instant or none, so the sampled force
+        jumps as the contact moves past them. With enough of them it is internal resonances that
+        hide motions, and these are others in other truncations.
+
+        Args:
+            samples: Number of samples in time.
+        """
+        if samples < _ENOUGH_SAMPLES:
+            return f"raise mode.samples = {samples}, as contact may be short: 128 are usual"
+        return self._remedy
+
+    @property
+    def _remedy(self) -> str:
+        """Keys that may help where samples are enough."""
+        return "another number of mode.harmonics, or fewer reduction.modes, may reach more"
+
+    def position_keys(self) -> Iterator[tuple[str, Any]]:
+        """Keys and values that the positions of points along the branch depend on."""
+        yield "continuation.parameter", "energy"
+        yield "continuation.internal_resonance", "skip"
+
+    def assert_takes(self, harmonic: int) -> None:
+        """Refuse a mode that is written in a higher harmonic at first.
+
+        Raises:
+            ValueError: if the branch cannot begin so.
+        """
+        if harmonic > 1:
             raise ValueError(
-                'energies.step: has no effect with parameter = "arc-length": '
-                "steps are those of arc_length"
+                f'mode.harmonic = {harmonic}: needs continuation.parameter = "arc-length" or '
+                'internal_resonance = "follow"'
             )
-        return self
 
     @model_validator(mode="after")
-    def _resonances_fit_parameter(self) -> ContinuationSection:
-        if self.parameter == "frequency" and self.internal_resonance == "follow":
-            raise ValueError(
-                'internal_resonance = "follow": does not go with parameter = "frequency", which '
-                "crosses them"
-            )
-        if self.parameter == "arc-length" and self.internal_resonance == "skip":
-            raise ValueError(
-                'internal_resonance = "skip": does not go with parameter = "arc-length", which '
-                "follows the branch wherever it leads"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _arc_keys_have_effect(self) -> ContinuationSection:
-        for name in ("arc_length", "start"):
-            if getattr(self, name) is not None and not self.by_arc:
-                raise ValueError(
-                    f'{name}: needs parameter = "arc-length" or internal_resonance = "follow"'
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _reports_inside_range(self) -> ContinuationSection:
-        for ratio in self.report_at:
-            inside = self.energies.start <= ratio <= self.energies.stop
-            if self.parameter != "frequency" and not inside:
-                raise ValueError(
-                    f"report_at = {ratio:g}: must lie between energies.from = "
-                    f"{self.energies.start:g} and energies.to = {self.energies.stop:g}"
-                )
+    def _reports_differ(self) -> Self:
         if len({f"{ratio:g}" for ratio in self.report_at}) < len(self.report_at):
             raise ValueError(
                 f"report_at = {list(self.report_at)}: must differ, and in the first six digits"
             )
         return self
+
+
+class _OverEnergies(_Branch):
+    """A branch between two energies."""
+
+    energies: Bounds
+
+    @model_validator(mode="after")
+    def _reports_inside_range(self) -> Self:
+        low, high = self.energies.start, self.energies.stop
+        for ratio in self.report_at:
+            if not low <= ratio <= high:
+                raise ValueError(
+                    f"report_at = {ratio:g}: must lie between energies.from = {low:g} and "
+                    f"energies.to = {high:g}"
+                )
+        return self
+
+
+class EnergySection(_OverEnergies):
+    """The main branch at given energies."""
+
+    stepping: ClassVar[Stepping] = "energy"
+
+    parameter: Literal["energy"] = Field("energy", description=_PARAMETERS)
+    internal_resonance: Literal["skip"] | None = Field(None, description=_RESONANCES)
+    energies: Energies = Field(Energies(), description=_ENERGIES)
+
+    def wanted(self, harmonic: int, begin: Begin | None = None) -> EnergyContinuation:
+        """The motions of the branch that are wanted."""
+        over = self.energies
+        return EnergyContinuation(over.start, over.stop, over.step, report_at=self.report_at)
+
+
+class FrequencySection(_Branch):
+    """The branch at given frequencies."""
+
+    stepping: ClassVar[Stepping] = "frequency"
+    absent: ClassVar[Mapping[str, str]] = {
+        "energies": 'does not go with parameter = "frequency", whose range is frequencies'
+    }
+
+    parameter: Literal["frequency"] = Field(description=_PARAMETERS)
+    internal_resonance: Literal["skip"] | None = Field(
+        None, description='with parameter = "frequency", which crosses them, only "skip"'
+    )
+    frequencies: Frequencies = Field(description="range { from, to, step } of frequency ratios")
+
+    def wanted(self, harmonic: int, begin: Begin | None = None) -> FrequencyContinuation:
+        """The motions of the branch that are wanted."""
+        over = self.frequencies
+        return FrequencyContinuation(over.start, over.stop, over.step, report_at=self.report_at)
+
+    def advice(self, samples: int) -> str:
+        """Keys of the study that may help where motions are missing, see `EnergySection`."""
+        return (
+            "contact may not raise this mode to all continuation.frequencies; "
+            f"{super().advice(samples)}"
+        )
+
+    def position_keys(self) -> Iterator[tuple[str, Any]]:
+        """Keys and values that the positions of points along the branch depend on."""
+        yield "continuation.parameter", self.parameter
+        yield "continuation.internal_resonance", "skip"
+
+
+class _ByArc(_OverEnergies):
+    """The branch wherever it leads, by its length."""
+
+    stepping: ClassVar[Stepping] = "arc-length"
+
+    parameter: str
+    arc_length: ArcLengthSection = Field(
+        ArcLengthSection(),
+        description="{ step, smallest_step, largest_step, points, predictor }",
+    )
+    start: StartSection | None = Field(
+        None, description="{ file, gamma_ratio or bifurcation, direction } of an earlier run"
+    )
+
+    @property
+    def beginning(self) -> StartSection | None:
+        """A motion of an earlier run to begin at, None for the linear mode."""
+        return self.start
+
+    @property
+    def _remedy(self) -> str:
+        return "the bounds of steps are keys of continuation.arc_length"
+
+    @property
+    def _every(self) -> float | None:
+        """Energies this far apart are hit at each passing."""
+        return None
+
+    def wanted(self, harmonic: int, begin: Begin | None = None) -> ArcContinuation:
+        """The motions of the branch that are wanted, and an earlier one to begin at."""
+        steps = self.arc_length
+        return ArcContinuation(
+            self.energies.start,
+            self.energies.stop,
+            self._every,
+            report_at=self.report_at,
+            arc=ArcLength(**{**steps.model_dump(), "predictor": Predictor(steps.predictor)}),
+            harmonic=harmonic,
+            begin=begin,
+        )
+
+    def position_keys(self) -> Iterator[tuple[str, Any]]:
+        """Keys and values that the positions, lengths from the beginning, depend on."""
+        yield "continuation.parameter", self.parameter
+        yield "continuation.internal_resonance", "follow"
+        yield "continuation.energies.from", self.energies.start
+        begins = self.start.model_dump() if self.start else {}
+        yield from ((f"continuation.start.{key}", value) for key, value in begins.items())
+
+    def assert_takes(self, harmonic: int) -> None:
+        """Refuse a mode that is written in a higher harmonic where the branch begins in contact.
+
+        Raises:
+            ValueError: if the branch cannot begin so.
+        """
+        if harmonic > 1 and self.start is None and self.energies.start >= 1:
+            raise ValueError(
+                f"continuation.energies.from = {self.energies.start:g}: must be below 1 with "
+                f"mode.harmonic = {harmonic}: such a branch begins without contact"
+            )
+
+
+class ThroughResonancesSection(_ByArc):
+    """The branch at given energies, followed through internal resonances by its length."""
+
+    parameter: Literal["energy"] = Field("energy", description=_PARAMETERS)
+    internal_resonance: Literal["follow"] = Field(description=_RESONANCES)
+    energies: Energies = Field(Energies(), description=_ENERGIES)
+
+    @property
+    def _every(self) -> float | None:
+        return self.energies.step
+
+
+class ArcSection(_ByArc):
+    """The branch between two energies, at steps of its length alone."""
+
+    parameter: Literal["arc-length"] = Field(description=_PARAMETERS)
+    internal_resonance: Literal["follow"] | None = Field(
+        None,
+        description='with parameter = "arc-length", which follows the branch wherever it leads, '
+        'only "follow"',
+    )
+    energies: ArcEnergies = Field(ArcEnergies(), description="range { from, to } of gamma ratios")
+
+
+def _kind(section: Any) -> str:
+    parameter = value_of(section, "parameter", "energy")
+    if parameter == "energy" and value_of(section, "internal_resonance", "skip") == "follow":
+        return 'internal_resonance = "follow"'
+    return tag_text("parameter", parameter)
+
+
+ContinuationSection = Annotated[
+    Annotated[EnergySection, Tag('parameter = "energy"')]
+    | Annotated[FrequencySection, Tag('parameter = "frequency"')]
+    | Annotated[ArcSection, Tag('parameter = "arc-length"')]
+    | Annotated[ThroughResonancesSection, Tag('internal_resonance = "follow"')],
+    Discriminator(_kind),
+]
+"""Which motions of the branch to visit."""

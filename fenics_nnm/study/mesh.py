@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -39,18 +40,13 @@ class _File(Record):
 class MeshFile(_File):
     """A mesh made elsewhere, with named groups."""
 
+    absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        _OF_GEOMETRIES,
+        f"belongs to a geometry ({', '.join(CAD_ENDINGS)}): the file has a mesh",
+    )
+
     file: Annotated[Path, Field(strict=False, description="a mesh file, relative to the study")]
     length_unit: _Unit
-
-    @model_validator(mode="before")
-    @classmethod
-    def _nothing_to_mesh(cls, values: object) -> object:
-        for key in _OF_GEOMETRIES:
-            if isinstance(values, dict) and key in values:
-                raise ValueError(
-                    f"{key}: belongs to a geometry ({', '.join(CAD_ENDINGS)}): the file has a mesh"
-                )
-        return values
 
 
 class Refinement(Record):

@@ -8,6 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from fenics_nnm.study.tagged import is_tag, key_of, records
+
 #: Characters of a value that a message shows.
 _LONGEST = 80
 
@@ -30,17 +32,38 @@ def first_error(
     """One line for the first error; unknown keys come first, since they cause others."""
     errors = sorted(error.errors(), key=lambda item: item["type"] != "extra_forbidden")
     first = errors[0]
-    location, value = _found(first["loc"], values)
-    name = _written((*place, *_places(first["loc"], values)))
+    loc = first["loc"]
+    value = _found(loc, values)
+    name = _written((*place, *_places(loc, values)))
     if first["type"] == "extra_forbidden":
-        return f"{name}: unknown key{_suggestion(record, location)}"
-    if first["type"] == "missing" and _is_key(first["loc"][-1]):
-        return f"{name}: is missing{_wanted(record, location)}"
+        return f"{name}: {_unknown(record, loc, _found(loc[:-1], values), name)}"
+    if first["type"] == "missing" and _is_key(loc[-1]):
+        return f"{name}: is missing{_needed(record, loc, place)}"
     if first["type"] == "value_error":
         message = first["msg"].removeprefix("Value error, ")
         return f"{name}.{message}" if name else message
-    message = "is not allowed" if _has_alternatives(first["loc"]) else _plain_message(first)
-    return f"{name} = {shown(value)}: {message}{_wanted(record, location)}"
+    if first["type"] in ("union_tag_invalid", "union_tag_not_found") and isinstance(value, dict):
+        return _wrong_tag(record, loc, value, name, first)
+    message = "is not allowed" if _has_alternatives(loc) else _plain_message(first)
+    return f"{name} = {shown(value)}: {message}{_wanted(record, loc)}"
+
+
+def _wrong_tag(
+    record: type[BaseModel], loc: tuple[Any, ...], values: dict[str, Any], name: str, error: Any
+) -> str:
+    """What is said of a section whose tag is missing, or has a value that is none of its kinds."""
+    kinds = _alternatives(record, loc)
+    key = key_of(error.get("ctx", {}).get("tag") or kinds[0][0])
+    known = [tag.partition(" = ")[2].replace('"', "'") for tag, _ in kinds if key_of(tag) == key]
+    wanted = _wanted(record, (*loc, kinds[0][0], key))
+    if key not in values:
+        return f"{name}.{key}: is missing{wanted}".removeprefix(".")
+    must = f"must be {_listed(known)}{wanted}"
+    return f"{name}.{key} = {shown(values[key])}: {must}".removeprefix(".")
+
+
+def _listed(words: list[str]) -> str:
+    return " or ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def _plain_message(error: Any) -> str:
@@ -66,13 +89,12 @@ def _is_section(values: Any, number: int) -> bool:
     return isinstance(values, list) and number < len(values) and isinstance(values[number], dict)
 
 
-def _found(place: tuple[Any, ...], values: Any) -> tuple[tuple[str, ...], Any]:
-    """Keys of pydantic's location alone, and the value there, None where it is missing."""
-    places = _places(place, values)
-    for part in places:
+def _found(place: tuple[Any, ...], values: Any) -> Any:
+    """The value at pydantic's location, None where it is missing."""
+    for part in _places(place, values):
         inside = isinstance(values, list) or (isinstance(values, dict) and part in values)
         values = values[part] if inside else None
-    return tuple(part for part in places if isinstance(part, str)), values
+    return values
 
 
 def _written(places: tuple[str | int, ...]) -> str:
@@ -83,7 +105,7 @@ def _written(places: tuple[str | int, ...]) -> str:
 
 def _has_alternatives(place: tuple[Any, ...]) -> bool:
     """Whether pydantic's location names one alternative of several for a value."""
-    return any(isinstance(part, str) and not _is_key(part) for part in place)
+    return any(isinstance(p, str) and not (_is_key(p) or is_tag(p)) for p in place)
 
 
 def _is_key(part: Any) -> bool:
@@ -104,34 +126,74 @@ def shown(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def _record_at(record: type[BaseModel], location: tuple[str, ...]) -> type[BaseModel] | None:
-    """Record that holds the last key of a location."""
-    for key in location[:-1]:
-        field = _fields(record).get(key)
-        options = [field.annotation, *getattr(field.annotation, "__args__", ())] if field else []
-        records = [o for o in options if isinstance(o, type) and issubclass(o, BaseModel)]
-        if not records:
-            return None
-        record = records[0]
-    return record
+def _alternatives(
+    record: type[BaseModel], location: tuple[Any, ...]
+) -> list[tuple[str, type[BaseModel]]]:
+    """Records that a location can stand for with their tags: one, or the kinds of a section."""
+    kinds: list[tuple[str, type[BaseModel]]] = [("", record)]
+    for part in location:
+        if is_tag(part):
+            kinds = [(tag, kind) for tag, kind in kinds if tag == part]
+        elif _is_key(part) and kinds:
+            field = _fields(kinds[0][1]).get(part)
+            kinds = list(records(field.annotation)) if field else []
+    return kinds
+
+
+def _holder(
+    record: type[BaseModel], location: tuple[Any, ...]
+) -> tuple[str, type[BaseModel] | None]:
+    """Record that holds the last key of a location, and its tag."""
+    kinds = _alternatives(record, location[:-1])
+    return kinds[0] if kinds else ("", None)
 
 
 def _fields(record: type[BaseModel]) -> dict[str, Any]:
     return {field.alias or name: field for name, field in record.model_fields.items()}
 
 
-def _suggestion(record: type[BaseModel], location: tuple[str, ...]) -> str:
-    holder = _record_at(record, location)
+def _unknown(record: type[BaseModel], location: tuple[Any, ...], section: Any, name: str) -> str:
+    """What is said of an unknown key: why it is not here, who has it, or which one was meant."""
+    key, (tag, holder) = location[-1], _holder(record, location)
+    reasons = getattr(holder, "absent", {})
+    if key in reasons:
+        return str(reasons[key])
+    owners = [other for other, kind in _siblings(record, location) if key in _fields(kind)]
+    if owners and isinstance(section, dict) and key_of(tag) not in section:
+        return f"needs {_listed(owners)}"
+    if owners:
+        here = f"{name.removesuffix(key)}{tag}"
+        return f"does not belong: {here} has no {key}: needs {_listed(owners)}"
     known = list(_fields(holder)) if holder else []
-    close = difflib.get_close_matches(location[-1], known, n=1)
+    close = difflib.get_close_matches(key, known, n=1)
     if close:
-        return f': did you mean "{close[0]}"?'
-    return f": the keys here are {', '.join(known)}" if known else ""
+        return f'unknown key: did you mean "{close[0]}"?'
+    return f"unknown key: the keys here are {', '.join(known)}" if known else "unknown key"
 
 
-def _wanted(record: type[BaseModel], location: tuple[str, ...]) -> str:
-    holder = _record_at(record, location)
-    field = _fields(holder).get(location[-1]) if holder and location else None
+def _siblings(
+    record: type[BaseModel], location: tuple[Any, ...]
+) -> list[tuple[str, type[BaseModel]]]:
+    """All kinds of the section that holds the last key of a location, none if it has no tag."""
+    tagged = len(location) > 1 and is_tag(location[-2])
+    return _alternatives(record, location[:-2]) if tagged else []
+
+
+def _needed(record: type[BaseModel], location: tuple[Any, ...], place: tuple[str, ...]) -> str:
+    """Who needs a key that is missing, and what it is."""
+    tag, _ = _holder(record, location)
+    section = _written((*place, *(part for part in location[:-1] if _is_key(part))))
+    needs = f": {section}.{tag} needs {location[-1]}" if tag else ""
+    return f"{needs}{_wanted(record, location)}"
+
+
+def _wanted(record: type[BaseModel], location: tuple[Any, ...]) -> str:
+    keys = [n for n, part in enumerate(location) if _is_key(part)]
+    if not keys:
+        return ""
+    location = location[: keys[-1] + 1]
+    _, holder = _holder(record, location)
+    field = _fields(holder).get(location[-1]) if holder else None
     return f" ({field.description})" if field is not None and field.description else ""
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -20,9 +21,25 @@ class OutputSection(Record):
     folder: Annotated[Path, Field(strict=False)] | None = Field(
         None, description="folder of the results; the default is results/ and the study's name"
     )
+
+
+class MeshOutputSection(OutputSection):
+    """Where results go, and what is written for ParaView."""
+
     frames: Annotated[int, Field(ge=LEAST_FRAMES)] = Field(
         LEAST_FRAMES, description="frames of a period in the ParaView files, at least 24"
     )
     fields: Annotated[tuple[FieldName, ...], Field(min_length=1), FromList] = Field(
         DEFAULT_FIELDS, description="fields that are written for ParaView"
+    )
+
+
+class MatrixOutputSection(OutputSection):
+    """Where results of matrices go, which have no ParaView files."""
+
+    frames: ClassVar[int] = 0
+    fields: ClassVar[tuple[FieldName, ...]] = ()
+
+    absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("frames", "fields"), "belongs to [mesh]: matrices have no ParaView files"
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Fork, Plate, Rod, Shroud
-from fenics_nnm.study.attachments import MassSection, SpringSection
+from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection
 from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import material_record
@@ -27,6 +27,11 @@ _LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
     "material": material_record,
     "mass": lambda values: MassSection,
     "spring": lambda values: SpringSection,
+}
+
+#: The same with matrices of another code.
+_LISTED_WITH_MATRICES: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
+    "spring": lambda values: MatrixSpringSection,
 }
 
 #: Records of the built-in geometries by their name.
@@ -81,7 +86,9 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
         for name, record in filter(None, parts):
             values = {**values, name: _checked(record, values[name], (name,), path)}
         if kind is MeshStudy:
-            values = {**values, **_listed(values, path), **_groups(values, path)}
+            values = {**values, **_listed(values, _LISTED, path), **_groups(values, path)}
+        else:
+            values = {**values, **_listed(values, _LISTED_WITH_MATRICES, path)}
         return _checked(kind, values, (), path)
     except ValidationError as error:
         raise StudyError(f"{path}: {error}") from error
@@ -157,10 +164,14 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
     return "mesh", _MODELS[model]
 
 
-def _listed(values: dict[str, Any], path: Path) -> dict[str, Any]:
+def _listed(
+    values: dict[str, Any],
+    listed: Mapping[str, Callable[[dict[str, Any]], type[BaseModel]]],
+    path: Path,
+) -> dict[str, Any]:
     """Sections that may come several times, each checked as the record that it is meant for."""
     checked = {}
-    for name, record in _LISTED.items():
+    for name, record in listed.items():
         given = values.get(name, [])
         if given == []:
             continue

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -33,7 +34,13 @@ def axis_vector(axis: str | tuple[float, ...] | None) -> tuple[float, ...]:
 
 
 class Record(BaseModel):
-    """A section of a study file: frozen, without unknown keys."""
+    """A section of a study file: frozen, without unknown keys.
+
+    Attributes:
+        absent: Keys that one may look for here in vain, with what is to be known of them.
+    """
+
+    absent: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 

@@ -129,13 +129,13 @@ def study_with(
     Raises:
         StudyError: as `study_from`, with the settings in front.
     """
-    told = ", ".join(map(str, settings))
+    given = ", ".join(map(str, settings))
     try:
         changed = with_settings(values, settings)
         study = study_from(changed, path)
     except StudyError as error:
         raise StudyError(f"with {shown_settings(settings)}: {error}") from error
-    return study, f"# {path.name} with {told}\n\n{toml_text(changed)}"
+    return study, f"# {path.name} with {given}\n\n{toml_text(changed)}"
 
 
 def shown_settings(settings: Iterable[Setting]) -> str:

@@ -1,44 +1,15 @@
-"""Sections of the study file about the reduced model and its motions in time."""
+"""Sections of the study file about linear equations, multipliers and motions in time."""
 
 from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, Tag, model_validator
 
 from fenics_nnm.study.record import Auto, Count, Positive, Record
+from fenics_nnm.study.tagged import by_key
 
-
-class ReductionSection(Record):
-    """From the mesh to a few coordinates."""
-
-    method: Literal["massless", "craig-bampton", "none"] = Field(
-        "massless",
-        description='"massless" (free modes, residual flexibility), "craig-bampton", or "none"',
-    )
-    modes: Count | Auto = Field(
-        40,
-        description="a positive integer, the number of free, fixed-interface or explicit modes, "
-        'or "auto"',
-    )
-    interface: Literal["all", "contact"] | None = Field(
-        None, description='retained directions of craig-bampton: "all" (default) or "contact"'
-    )
-
-    @model_validator(mode="after")
-    def _interface_fits_method(self) -> ReductionSection:
-        if self.method != "craig-bampton" and self.interface is not None:
-            raise ValueError('interface belongs to method = "craig-bampton"')
-        return self
-
-    @model_validator(mode="after")
-    def _modes_fit_method(self) -> ReductionSection:
-        if self.method == "none" and self.modes == "auto":
-            raise ValueError(
-                'modes = "auto": at full order no mode is left out: must be the number of modes '
-                "that stay explicit"
-            )
-        return self
+_NORMALISATIONS = '"exact": h = 0 is a row; "penalised": the literal form of the paper'
 
 
 class SolverSection(Record):
@@ -54,7 +25,7 @@ class SolverSection(Record):
     )
 
 
-class AugmentedLagrangianSection(Record):
+class _AugmentedLagrangian(Record):
     """Multipliers of contact points that carry mass."""
 
     penalty: Positive = Field(10.0, description="first penalty over the static contact stiffness")
@@ -66,18 +37,29 @@ class AugmentedLagrangianSection(Record):
     )
     tolerance: Positive = Field(1e-10, description="penetration and tension over the gap")
     iterations: Count = Field(60, description="largest number of outer steps")
-    normalisation: Literal["exact", "penalised"] = Field(
-        "exact", description='"exact": h = 0 is a row; "penalised": the literal form of the paper'
-    )
+
+
+class ExactSection(_AugmentedLagrangian):
+    """The energy is a row of the equations."""
+
+    normalisation: Literal["exact"] = Field("exact", description=_NORMALISATIONS)
+
+
+class PenalisedSection(_AugmentedLagrangian):
+    """The energy is penalised, which is the literal form of the paper."""
+
+    normalisation: Literal["penalised"] = Field("penalised", description=_NORMALISATIONS)
     algorithm: Literal["simultaneous", "sequential"] = Field(
         "simultaneous", description="base of the penalised form: Algorithm 1 or 2 of the paper"
     )
 
-    @model_validator(mode="after")
-    def _algorithm_has_effect(self) -> AugmentedLagrangianSection:
-        if self.normalisation == "exact" and "algorithm" in self.model_fields_set:
-            raise ValueError('algorithm belongs to normalisation = "penalised"')
-        return self
+
+AugmentedLagrangianSection = Annotated[
+    Annotated[ExactSection, Tag('normalisation = "exact"')]
+    | Annotated[PenalisedSection, Tag('normalisation = "penalised"')],
+    by_key("normalisation", "exact"),
+]
+"""Multipliers of contact points that carry mass."""
 
 
 class ModeSection(Record):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import ClassVar, Self
 
 from pydantic import model_validator
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
-from fenics_nnm.study.attachments import MassSection, SpringSection
+from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
 from fenics_nnm.study.body import BodySection, ClampSection
 from fenics_nnm.study.contact import (
     ContactSection,
@@ -17,18 +17,25 @@ from fenics_nnm.study.contact import (
     MatrixContactSection,
     PatchesSection,
 )
-from fenics_nnm.study.continuation import ContinuationSection
+from fenics_nnm.study.continuation import ContinuationSection, EnergySection
 from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.mesh import CadFile, MeshFile
-from fenics_nnm.study.output import OutputSection
+from fenics_nnm.study.output import MatrixOutputSection, MeshOutputSection, OutputSection
 from fenics_nnm.study.record import Record
+from fenics_nnm.study.reduction import (
+    AnyReduction,
+    Law,
+    MasslessSection,
+    MatrixMasslessSection,
+    MatrixReductionSection,
+    ReductionSection,
+)
 from fenics_nnm.study.resolution import Resolution
 from fenics_nnm.study.solution import (
     AugmentedLagrangianSection,
     ModeSection,
-    ReductionSection,
     SolverSection,
 )
 
@@ -39,22 +46,31 @@ DEFAULT_TOLERANCE = 1e-3
 class _AnyStudy(Record):
     title: str = ""
     contact: LawSection
-    reduction: ReductionSection = ReductionSection()
+    reduction: AnyReduction = MasslessSection()
     augmented_lagrangian: AugmentedLagrangianSection | None = None
     mode: ModeSection = ModeSection()
-    continuation: ContinuationSection = ContinuationSection()
+    continuation: ContinuationSection = EnergySection()
     output: OutputSection = OutputSection()
 
     @property
     def full_order(self) -> bool:
         """Whether the whole model is used at every harmonic, without reduction."""
-        return self.reduction.method == "none"
+        return self.reduction.full_order
+
+    @property
+    def clamped(self) -> tuple[str, ...]:
+        """Groups of facets without displacement; none with matrices, which are held already."""
+        return ()
+
+    @property
+    def law(self) -> Law:
+        """Contact law: the one that is given, or the first that goes with the reduction."""
+        return self.contact.law or self.reduction.laws[0]
 
     @property
     def carries_mass(self) -> bool:
         """Whether contact points carry mass, so that contact needs the augmented Lagrangian."""
-        chosen = self.full_order and self.contact.law == "augmented-lagrangian"
-        return chosen or self.reduction.method == "craig-bampton"
+        return self.law == "augmented-lagrangian"
 
     @property
     def automatic(self) -> tuple[str, ...]:
@@ -107,7 +123,7 @@ class _AnyStudy(Record):
 
     @model_validator(mode="after")
     def _numbers_can_be_found(self) -> _AnyStudy:
-        if self.automatic and (self.mode.harmonic > 1 or self.continuation.start):
+        if self.automatic and (self.mode.harmonic > 1 or self.continuation.beginning):
             key = "mode.harmonic" if self.mode.harmonic > 1 else "continuation.start"
             raise ValueError(
                 f'{key}: does not go with {self.automatic[0]} = "auto", which is found for the '
@@ -117,64 +133,54 @@ class _AnyStudy(Record):
 
     @model_validator(mode="after")
     def _law_fits_reduction(self) -> _AnyStudy:
-        if self.carries_mass and self.contact.law == "complementarity":
-            raise ValueError(
-                'contact.law = "complementarity": does not fit reduction.method = "craig-bampton", '
-                'whose contact points carry mass: must be "augmented-lagrangian"'
-            )
-        if not self.carries_mass and self.contact.law == "augmented-lagrangian":
+        if self.law in self.reduction.laws:
+            return self
+        if self.carries_mass:
             raise ValueError(
                 'contact.law = "augmented-lagrangian": needs contact points that carry mass: '
                 'reduction.method = "craig-bampton" or "none"'
             )
-        if not self.carries_mass and self.augmented_lagrangian:
+        raise ValueError(
+            f'contact.law = "{self.law}": does not fit reduction.method = '
+            f'"{self.reduction.method}", whose contact points carry mass: must be '
+            f'"{self.reduction.laws[0]}"'
+        )
+
+    @model_validator(mode="after")
+    def _multipliers_fit_law(self) -> _AnyStudy:
+        chosen = self.augmented_lagrangian
+        if chosen and not self.carries_mass:
             raise ValueError(
                 'augmented_lagrangian: needs contact.law = "augmented-lagrangian", for contact '
                 'points that carry mass: reduction.method = "craig-bampton" or "none"'
             )
-        return self
-
-    @model_validator(mode="after")
-    def _normalisation_fits_reduction(self) -> _AnyStudy:
-        chosen = self.augmented_lagrangian
-        if self.full_order and chosen and chosen.normalisation == "penalised":
+        if chosen and self.full_order and chosen.normalisation == "penalised":
             raise ValueError(
                 'augmented_lagrangian.normalisation = "penalised": is the form of reduced models: '
-                'with reduction.method = "none" must be "exact"'
+                f'with reduction.method = "{self.reduction.method}" must be "exact"'
             )
         return self
 
     @model_validator(mode="after")
     def _parameter_fits_contact(self) -> _AnyStudy:
-        chosen = self.continuation
-        if self.carries_mass and (chosen.parameter != "energy" or chosen.by_arc):
+        stepping = self.continuation.stepping
+        if self.carries_mass and stepping != "energy":
             raise ValueError(
-                f"continuation: by {'arc-length' if chosen.by_arc else 'frequency'} needs contact "
-                'points without mass: with contact.law = "augmented-lagrangian" must have '
-                'parameter = "energy" and internal_resonance = "skip"'
+                f"continuation: by {stepping} needs contact points without mass: with contact.law "
+                '= "augmented-lagrangian" must have parameter = "energy" and internal_resonance = '
+                '"skip"'
             )
         return self
 
     @model_validator(mode="after")
     def _harmonic_fits_continuation(self) -> _AnyStudy:
-        number, chosen = self.mode.harmonic, self.continuation
-        if number == 1:
-            return self
-        if self.mode.harmonics != "auto" and number > self.mode.harmonics:
+        number = self.mode.harmonic
+        if number > 1 and self.mode.harmonics != "auto" and number > self.mode.harmonics:
             raise ValueError(
                 f"mode.harmonic = {number}: must not be above mode.harmonics = "
                 f"{self.mode.harmonics}"
             )
-        if not chosen.by_arc:
-            raise ValueError(
-                f'mode.harmonic = {number}: needs continuation.parameter = "arc-length" or '
-                'internal_resonance = "follow"'
-            )
-        if chosen.start is None and chosen.energies.start >= 1:
-            raise ValueError(
-                f"continuation.energies.from = {chosen.energies.start:g}: must be below 1 with "
-                f"mode.harmonic = {number}: such a branch begins without contact"
-            )
+        self.continuation.assert_takes(number)
         return self
 
     @model_validator(mode="after")
@@ -187,7 +193,33 @@ class _AnyStudy(Record):
         return self
 
 
-class MeshStudy(_AnyStudy):
+class _SprungStudy(_AnyStudy):
+    """A study whose structure may have springs that are not linear."""
+
+    @property
+    def cubic(self) -> bool:
+        """Whether there are springs with a cubic stiffness."""
+        return False
+
+    @model_validator(mode="after")
+    def _cubic_springs_are_resolved(self) -> _SprungStudy:
+        if not self.cubic:
+            return self
+        harmonics, samples = self.mode.harmonics, self.mode.samples
+        if self.carries_mass or self.full_order or self.reduction.modes == "auto":
+            raise ValueError(
+                'spring.cubic: needs reduction.method = "massless" with a number of reduction.modes'
+            )
+        if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
+            raise ValueError(
+                f"mode.samples = {samples}: must be above 4 mode.harmonics = "
+                f"{4 * int(harmonics)} with cubic springs, whose force has three times as many "
+                "harmonics"
+            )
+        return self
+
+
+class MeshStudy(_SprungStudy):
     """All that a run of a mesh needs to know; lengths in m unless a key says otherwise."""
 
     mesh: MeshFile | CadFile | Geometry
@@ -198,11 +230,23 @@ class MeshStudy(_AnyStudy):
     spring: tuple[SpringSection, ...] = ()
     clamp: ClampSection | None = None
     contact: ContactSection | PatchesSection
+    reduction: ReductionSection = MasslessSection()
     solver: SolverSection = SolverSection()
+    output: MeshOutputSection = MeshOutputSection()
+
+    @property
+    def cubic(self) -> bool:
+        """Whether there are springs with a cubic stiffness."""
+        return any(each.cubic for each in self.spring)
+
+    @property
+    def clamped(self) -> tuple[str, ...]:
+        """Groups of facets without displacement."""
+        return self.clamp.facets if self.clamp else ()
 
     @model_validator(mode="after")
     def _solver_fits_reduction(self) -> MeshStudy:
-        if self.solver.linear == "iterative" and self.reduction.method != "massless":
+        if self.solver.linear == "iterative" and self.reduction.needs_factors:
             raise ValueError(
                 f'solver.linear = "iterative": does not go with reduction.method = '
                 f'"{self.reduction.method}", which needs factors: must be "direct" or "auto"'
@@ -225,41 +269,24 @@ class MeshStudy(_AnyStudy):
         return self
 
 
-class MatrixStudy(_AnyStudy):
+class MatrixStudy(_SprungStudy):
     """All that a run of matrices of another code needs to know; SI units."""
 
+    absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("mesh", "groups", "body", "material", "clamp", "mass", "solver"),
+        "does not go with [matrices], which hold the whole structure, held by its clamp",
+    )
+
     matrices: MatrixArchive | MatrixFiles
+    spring: tuple[MatrixSpringSection, ...] = ()
     contact: MatrixContactSection
+    reduction: MatrixReductionSection = MatrixMasslessSection()
+    output: MatrixOutputSection = MatrixOutputSection()
 
-    @model_validator(mode="before")
-    @classmethod
-    def _nothing_of_a_mesh(cls, values: Any) -> Any:
-        for key in ("mesh", "groups", "body", "material", "clamp", "mass", "spring", "solver"):
-            if key in values:
-                raise ValueError(
-                    f"{key}: does not go with [matrices], which hold the whole structure, "
-                    "held by its clamp"
-                )
-        for key in ("frames", "fields"):
-            if isinstance(values.get("output"), dict) and key in values["output"]:
-                raise ValueError(
-                    f"output.{key}: belongs to [mesh]: matrices have no ParaView files"
-                )
-        return values
-
-    @model_validator(mode="after")
-    def _reduction_fits_matrices(self) -> MatrixStudy:
-        if self.full_order:
-            raise ValueError(
-                'reduction.method = "none": full order factorises the matrices of a mesh at every '
-                'harmonic: with [matrices] must be "massless" or "craig-bampton"'
-            )
-        if self.reduction.interface == "all":
-            raise ValueError(
-                'reduction.interface = "all": needs the directions of a mesh: [matrices] have the '
-                'contact directions alone, "contact"'
-            )
-        return self
+    @property
+    def cubic(self) -> bool:
+        """Whether there are springs with a cubic stiffness."""
+        return bool(self.spring)
 
 
 Study = MeshStudy | MatrixStudy

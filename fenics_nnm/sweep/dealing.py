@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from fenics_nnm.structure.shared_analysis import structure_of
+from fenics_nnm.structure.shared_analysis import values_of_structure
 from fenics_nnm.sweep.plan import Case
 
 #: Keys of contact that modes and attachment solutions do not depend on.
@@ -85,7 +85,7 @@ def grouped(cases: Sequence[Case]) -> list[list[Case]]:
 
 def _likeness(case: Case) -> str:
     """Text that is equal for studies that are likely to share their linear analysis."""
-    return repr((structure_of(case.study), _without_gaps(case.study.contact.model_dump())))
+    return repr((values_of_structure(case.study), _without_gaps(case.study.contact.model_dump())))
 
 
 def _without_gaps(contact: Any) -> Any:

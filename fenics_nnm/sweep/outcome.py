@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -15,11 +14,12 @@ from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.resume import difference, stored_run
 from fenics_nnm.results.staging import running_folders, stopped_runs
+from fenics_nnm.results.stored_text import values_of
 from fenics_nnm.study.inputs import input_digests
 from fenics_nnm.sweep.plan import SAME_RATIO, Case
 
 
-class Standing(Enum):
+class RunState(Enum):
     """How far a study is."""
 
     NEW = "not run"
@@ -29,7 +29,7 @@ class Standing(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class TableRow:
     """A point of a backbone, as backbone.csv has it; frequency in Hz, energy in J."""
 
     gamma_ratio: float
@@ -49,27 +49,27 @@ class Outcome:
             "failed" or "not run".
         message: Why it is not complete; empty if it is.
         linear_frequency: Frequency of its linear mode in Hz; None without results.
-        places: Its points in the order of the branch.
+        rows: Its points in the order of the branch.
     """
 
     case: Case
     status: str
     message: str = ""
     linear_frequency: float | None = None
-    places: tuple[Place, ...] = ()
+    rows: tuple[TableRow, ...] = ()
 
     @property
     def complete(self) -> bool:
         """Whether all that was asked for is there."""
         return self.status == "complete"
 
-    def at(self, ratio: float) -> Place | None:
+    def at(self, ratio: float) -> TableRow | None:
         """The first point at a gamma ratio, none if there is none."""
-        found = (each for each in self.places if abs(each.gamma_ratio - ratio) <= SAME_RATIO)
+        found = (each for each in self.rows if abs(each.gamma_ratio - ratio) <= SAME_RATIO)
         return next(found, None)
 
 
-def standing_of(case: Case) -> Standing:
+def state_of(case: Case) -> RunState:
     """How far a study is.
 
     Raises:
@@ -79,14 +79,14 @@ def standing_of(case: Case) -> Standing:
     folder = case.folder
     branch, summary = folder / "branch.h5", folder / "summary.json"
     if branch.exists() and summary.exists():
-        return _standing_of_ended(case, branch_file.study_text(branch), _read(summary))
+        return _state_of_ended(case, branch_file.study_text(branch), _read(summary))
     if branch.exists() or running_folders(folder):
         stored = stored_run(folder, stopped_runs(folder), case.text)
-        return Standing.BEGUN if stored else Standing.NEW
-    return Standing.NEW
+        return RunState.BEGUN if stored else RunState.NEW
+    return RunState.NEW
 
 
-def _standing_of_ended(case: Case, stored: str, summary: Mapping[str, Any]) -> Standing:
+def _state_of_ended(case: Case, stored: str, summary: Mapping[str, Any]) -> RunState:
     advice = f"remove {case.folder}, or choose another --output"
     found = difference(stored, case.text)
     if found:
@@ -96,24 +96,24 @@ def _standing_of_ended(case: Case, stored: str, summary: Mapping[str, Any]) -> S
             raise StudyError(
                 f"{case.folder}: is of another study: the file of {key} has changed: {advice}"
             )
-    same = tomllib.loads(stored) == tomllib.loads(case.text)
-    return Standing.ENDED if same else Standing.BEGUN
+    same = values_of(stored) == values_of(case.text)
+    return RunState.ENDED if same else RunState.BEGUN
 
 
-def outcome_of(case: Case, standing: Standing, failure: str = "") -> Outcome:
+def outcome_of(case: Case, state: RunState, failure: str = "") -> Outcome:
     """What the folder of a study tells.
 
     Args:
         case: Study.
-        standing: How far it is.
+        state: How far it is.
         failure: Why it could not be run, if it could not.
 
     Raises:
         OutputError: if the results cannot be read.
     """
-    if standing is not Standing.ENDED:
-        status = "failed" if failure else standing.value
-        told = "" if standing is Standing.NEW else "its points are kept: sweep again to go on"
+    if state is not RunState.ENDED:
+        status = "failed" if failure else state.value
+        told = "" if state is RunState.NEW else "its points are kept: sweep again to go on"
         return Outcome(case, status, failure or told)
     summary = _read(case.folder / "summary.json")
     complete = summary["complete"]
@@ -122,7 +122,7 @@ def outcome_of(case: Case, standing: Standing, failure: str = "") -> Outcome:
         "complete" if complete else "incomplete",
         "" if complete else summary["reason"],
         summary["linear_frequencies_Hz"][case.study.mode.number - 1],
-        _places(case.folder / "backbone.csv"),
+        _rows(case.folder / "backbone.csv"),
     )
 
 
@@ -133,16 +133,16 @@ def _read(path: Path) -> dict[str, Any]:
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
-def _places(path: Path) -> tuple[Place, ...]:
+def _rows(path: Path) -> tuple[TableRow, ...]:
     try:
         with path.open(newline="") as file:
-            return tuple(_place(row) for row in csv.DictReader(file))
+            return tuple(_row(row) for row in csv.DictReader(file))
     except (OSError, KeyError, ValueError) as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
-def _place(row: Mapping[str, str]) -> Place:
-    return Place(
+def _row(row: Mapping[str, str]) -> TableRow:
+    return TableRow(
         gamma_ratio=float(row["gamma_ratio"]),
         frequency=float(row["frequency_Hz"]),
         energy=float(row["energy_J"]),

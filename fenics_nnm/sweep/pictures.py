@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fenics_nnm.backbone.verdict import FAILED, RESONANT
+from fenics_nnm.backbone.point import FAILED, RESONANT
 from fenics_nnm.output.pictures.style import (
     BLUE,
     CURVES,
@@ -88,7 +88,7 @@ def draw_sweep(plan: Plan, outcomes: Sequence[Outcome], title: str) -> list[str]
 
 def _figures(plan: Plan, outcomes: Sequence[Outcome], title: str) -> dict[str, Figure]:
     """Figures by the names of their files."""
-    if not any(outcome.places for outcome in outcomes):
+    if not any(outcome.rows for outcome in outcomes):
         return {}
     keys = variations(plan)
     figures = {"sweep": _backbones(outcomes, keys, title)}
@@ -100,18 +100,18 @@ def _figures(plan: Plan, outcomes: Sequence[Outcome], title: str) -> dict[str, F
 
 def _backbones(outcomes: Sequence[Outcome], keys: Sequence[Variation], title: str) -> Figure:
     """Frequency over gamma ratio and energy; over the linear one too where that differs."""
-    linear = np.array([each.linear_frequency for each in outcomes if each.places])
+    linear = np.array([each.linear_frequency for each in outcomes if each.rows])
     rows = 2 if np.ptp(linear) > _SAME_FREQUENCY * linear.min() else 1
     figure = new_figure(4.6 + 2.6 * (rows - 1), 9.0)
     panels = figure.subplots(rows, 2, sharex="col", sharey="row", squeeze=False)
     looks = _looks(keys)
     for index, outcome in enumerate(outcomes):
-        if outcome.places:
+        if outcome.rows:
             scale = 1 / (outcome.linear_frequency or 1.0)
             width = _width(keys[0], index) if keys else _THIN
             for row, factor in zip(panels, (1.0, scale), strict=False):
                 _draw(row, outcome, factor, width, _looks_of(index, keys, looks))
-    energies = [place.energy for outcome in outcomes for place in outcome.places]
+    energies = [row.energy for outcome in outcomes for row in outcome.rows]
     names = ("frequency  (Hz)", "frequency over\nlinear frequency  (1)")
     for row, name in zip(panels, names, strict=False):
         row[0].axvline(1, color=GREY, lw=0.8, ls=":")
@@ -123,20 +123,22 @@ def _backbones(outcomes: Sequence[Outcome], keys: Sequence[Variation], title: st
     panels[-1][1].set_xlabel("total energy  (J)", fontsize=9)
     _legend(figure, keys, looks, outcomes)
     missing = sum(not outcome.complete for outcome in outcomes)
-    told = f"{title}\n{missing} of {len(outcomes)} studies are not complete" if missing else title
-    figure.suptitle(told, fontsize=10)
+    heading = (
+        f"{title}\n{missing} of {len(outcomes)} studies are not complete" if missing else title
+    )
+    figure.suptitle(heading, fontsize=10)
     return figure
 
 
 def _draw(
     row: Sequence[Axes], outcome: Outcome, factor: float, width: float, looks: dict[str, Any]
 ) -> None:
-    y = factor * np.array([place.frequency for place in outcome.places])
+    y = factor * np.array([row.frequency for row in outcome.rows])
     for axes, name, lw in zip(row, ("gamma_ratio", "energy"), (width, _THIN), strict=True):
-        x = np.array([getattr(place, name) for place in outcome.places])
+        x = np.array([getattr(row, name) for row in outcome.rows])
         axes.plot(x, y, lw=lw, **looks)
         for status, marker, colour in _MARKS:
-            chosen = np.array([place.status == status for place in outcome.places])
+            chosen = np.array([row.status == status for row in outcome.rows])
             axes.plot(x[chosen], y[chosen], marker, ms=4, mfc="white", mec=colour, zorder=3)
 
 
@@ -180,7 +182,7 @@ def _legend(
         for argument, key, kinds in zip(_ARGUMENTS, keys, looks, strict=False)
     ]
     titles = [key.label for key in keys[: len(columns)]]
-    statuses = {place.status for outcome in outcomes for place in outcome.places}
+    statuses = {row.status for outcome in outcomes for row in outcome.rows}
     marks = [
         _handle(status, ls="", marker=marker, mfc="white", mec=colour)
         for status, marker, colour in _MARKS
@@ -239,8 +241,8 @@ def _over_value(
     axes.plot(values[order], linear[order], "-", color=GREY, lw=0.8, label="linear mode")
     for number, ratio in enumerate(ratios):
         colour, marker = CURVES[number % len(CURVES)]
-        places = [outcome.at(ratio) for outcome in outcomes]
-        found = np.array([place.frequency if place else np.nan for place in places])
+        rows = [outcome.at(ratio) for outcome in outcomes]
+        found = np.array([row.frequency if row else np.nan for row in rows])
         axes.plot(
             values[order],
             found[order],

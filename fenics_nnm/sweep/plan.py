@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fenics_nnm.backbone.follow import EnergyContinuation
 from fenics_nnm.errors import StudyError
-from fenics_nnm.structure.analysis import wanted_motions
+from fenics_nnm.structure.motions import wanted_motions
 from fenics_nnm.study import Study
 from fenics_nnm.study.inputs import input_files
 from fenics_nnm.study.reading import read_values
@@ -113,8 +112,8 @@ def _combined(lists: Sequence[Settings], *, zipped: bool) -> list[Settings]:
         return list(itertools.product(*lists))
     lengths = {items[0].key: len(items) for items in lists}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
-        raise StudyError(f"--zip: needs lists of equal length: {told}")
+        listed = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+        raise StudyError(f"--zip: needs lists of equal length: {listed}")
     return list(zip(*lists, strict=True)) if lists else [()]
 
 
@@ -184,10 +183,7 @@ def _ratios(cases: Sequence[Case], asked: Sequence[float]) -> tuple[float, ...]:
 
 
 def _assert_has_point(case: Case, ratio: float) -> None:
-    wanted = wanted_motions(case.study)
-    known = list(case.study.continuation.report_at)
-    if isinstance(wanted, EnergyContinuation):
-        known = wanted.targets()
+    known = wanted_motions(case.study).certain_ratios
     if any(abs(ratio - each) <= SAME_RATIO for each in known):
         return
     nearest = sorted(known, key=lambda each: abs(each - ratio))[:2]

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 
 from mpi4py import MPI
 
-from fenics_nnm.errors import one_line
 from fenics_nnm.results.resume import assert_nobody_runs
 from fenics_nnm.run import run_study
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
-from fenics_nnm.sweep.outcome import Standing
+from fenics_nnm.study.error_keys import one_line
+from fenics_nnm.sweep.outcome import RunState
 from fenics_nnm.sweep.plan import Case
 
 
@@ -46,7 +46,7 @@ class Runner:
     verbose: bool = False
     shared: SharedAnalysis = field(default_factory=SharedAnalysis)
 
-    def run(self, case: Case, standing: Standing) -> Ran:
+    def run(self, case: Case, state: RunState) -> Ran:
         """Run a study, or go on with one that was begun.
 
         Raises:
@@ -59,7 +59,7 @@ class Runner:
                     case.study,
                     case.text,
                     case.folder,
-                    resume=standing is Standing.BEGUN,
+                    resume=state is RunState.BEGUN,
                     comm=MPI.COMM_SELF,
                     stages=stages,
                     analyse=self.shared,

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 
 from mpi4py import MPI
 
-from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError, one_line
+from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError
 from fenics_nnm.stages import Stages
+from fenics_nnm.study.error_keys import one_line
 from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
-from fenics_nnm.sweep.outcome import Outcome, Standing, outcome_of, standing_of
+from fenics_nnm.sweep.outcome import Outcome, RunState, outcome_of, state_of
 from fenics_nnm.sweep.plan import Case, Plan
 from fenics_nnm.sweep.ranks import run_on_ranks
 from fenics_nnm.sweep.running import Ran, Runner
@@ -25,20 +26,20 @@ class Sweep:
 
     Attributes:
         plan: The studies.
-        standings: How far each was at the beginning, by its number.
+        states: How far each was at the beginning, by its number.
         on_outcome: Told of each study that was run here, if it is anybody.
         outcomes: What is known of each, by its number.
     """
 
     plan: Plan
-    standings: dict[int, Standing]
+    states: dict[int, RunState]
     on_outcome: Callable[[Outcome], None] | None = None
     outcomes: dict[int, Outcome] = field(default_factory=dict)
 
     @property
     def left(self) -> list[Case]:
         """Studies that are not done."""
-        return [c for c in self.plan.cases if self.standings[c.number] is not Standing.ENDED]
+        return [c for c in self.plan.cases if self.states[c.number] is not RunState.ENDED]
 
     @property
     def in_order(self) -> list[Outcome]:
@@ -63,7 +64,7 @@ class Sweep:
         groups = grouped(self.left)
         hand = Hand(groups, LocalCounters([0] * len(groups)), 0)
         while (case := hand.take()) is not None:
-            self._note(runner.run(case, self.standings[case.number]))
+            self._note(runner.run(case, self.states[case.number]))
             self.write_table()
 
     def run_on_processes(self, jobs: int, *, verbose: bool) -> None:
@@ -74,7 +75,7 @@ class Sweep:
             self.write_table()
 
         groups = grouped(self.left)
-        run_on_processes(groups, self.standings, jobs, note, verbose=verbose)
+        run_on_processes(groups, self.states, jobs, note, verbose=verbose)
 
     def run_on_ranks(
         self,
@@ -89,7 +90,7 @@ class Sweep:
             return
 
         def run(case: Case) -> Ran:
-            ran = runner.run(case, self.standings[case.number])
+            ran = runner.run(case, self.states[case.number])
             self._note(ran)
             return ran
 
@@ -109,7 +110,7 @@ class Sweep:
         Raises:
             OutputError: if it cannot be written.
         """
-        known = Sweep(self.plan, self.standings, outcomes=dict(self.outcomes))
+        known = Sweep(self.plan, self.states, outcomes=dict(self.outcomes))
         known.look()
         try:
             write_table(self.plan, known.in_order)
@@ -130,19 +131,19 @@ def begun(plan: Plan) -> Sweep:
         StudyError: if one of them has results of another study.
         OutputError: if results cannot be read.
     """
-    sweep = Sweep(plan, {case.number: standing_of(case) for case in plan.cases})
+    sweep = Sweep(plan, {case.number: state_of(case) for case in plan.cases})
     for case in plan.cases:
-        if sweep.standings[case.number] is Standing.ENDED:
-            sweep.outcomes[case.number] = outcome_of(case, Standing.ENDED)
+        if sweep.states[case.number] is RunState.ENDED:
+            sweep.outcomes[case.number] = outcome_of(case, RunState.ENDED)
     return sweep
 
 
 def _outcome(case: Case, failure: str) -> Outcome:
     """What is known of a study that was run, or may have been."""
     if failure:
-        return outcome_of(case, Standing.NEW, failure)
+        return outcome_of(case, RunState.NEW, failure)
     try:
-        return outcome_of(case, standing_of(case))
+        return outcome_of(case, state_of(case))
     except NonlinearModeError as error:
         return Outcome(case, "failed", one_line(error))
 

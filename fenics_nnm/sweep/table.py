@@ -6,7 +6,7 @@ import csv
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from fenics_nnm.backbone.verdict import STATUSES
+from fenics_nnm.backbone.point import STATUSES
 from fenics_nnm.results.durable import replacing
 from fenics_nnm.study.toml_text import toml_value
 from fenics_nnm.sweep.outcome import Outcome
@@ -44,21 +44,21 @@ def write_table(plan: Plan, outcomes: Sequence[Outcome]) -> None:
 
 
 def _cells(plan: Plan, outcome: Outcome) -> Iterator[str]:
-    case, places = outcome.case, outcome.places
+    case, rows = outcome.case, outcome.rows
     yield str(case.number)
     for setting in case.settings:
         yield setting.value if isinstance(setting.value, str) else toml_value(setting.value)
     yield outcome.status
     yield _printed(outcome.linear_frequency)
     for ratio in plan.ratios:
-        place = outcome.at(ratio)
-        yield _printed(place.frequency if place else None)
-        yield _printed(place.energy if place else None)
-    counts = Counter(place.status for place in places)
-    yield str(len(places)) if outcome.linear_frequency is not None else ""
+        row = outcome.at(ratio)
+        yield _printed(row.frequency if row else None)
+        yield _printed(row.energy if row else None)
+    counts = Counter(row.status for row in rows)
+    yield str(len(rows)) if outcome.linear_frequency is not None else ""
     for status in STATUSES:
         yield str(counts[status]) if outcome.linear_frequency is not None else ""
-    yield _printed(max((place.gamma_ratio for place in places), default=None))
+    yield _printed(max((row.gamma_ratio for row in rows), default=None))
     yield str(case.folder.name)
     yield outcome.message
 

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
 from fenics_nnm.sweep.dealing import Hand, LocalCounters
-from fenics_nnm.sweep.outcome import Standing
+from fenics_nnm.sweep.outcome import RunState
 from fenics_nnm.sweep.plan import Case
 from fenics_nnm.sweep.running import Ran
 
@@ -43,7 +43,7 @@ class Worker:
 
 def run_on_processes(
     groups: Sequence[Sequence[Case]],
-    standings: Mapping[int, Standing],
+    states: Mapping[int, RunState],
     jobs: int,
     on_ran: Callable[[Ran], None],
     *,
@@ -55,7 +55,7 @@ def run_on_processes(
 
     Args:
         groups: Studies by groups that share a linear analysis.
-        standings: How far each study is, by its number.
+        states: How far each study is, by its number.
         jobs: Number of processes.
         on_ran: Told of each study that was run.
         verbose: Whether the processes tell their stages and where errors come from.
@@ -68,7 +68,7 @@ def run_on_processes(
         ]
         try:
             for worker in workers:
-                _give(worker, standings)
+                _give(worker, states)
             while busy := [worker for worker in workers if worker.case is not None]:
                 for ready in wait([worker.connection for worker in busy]):
                     worker = next(each for each in busy if each.connection is ready)
@@ -78,7 +78,7 @@ def run_on_processes(
                         workers.remove(worker)
                         worker = _started(worker.hand, verbose)
                         workers.append(worker)
-                    _give(worker, standings)
+                    _give(worker, states)
         finally:
             for worker in workers:
                 _stop(worker)
@@ -94,11 +94,11 @@ def _started(hand: Hand, verbose: bool) -> Worker:
     return Worker(process, ours, hand)
 
 
-def _give(worker: Worker, standings: Mapping[int, Standing]) -> None:
+def _give(worker: Worker, states: Mapping[int, RunState]) -> None:
     worker.case = worker.hand.take()
     if worker.case is not None:
         with suppress(BrokenPipeError):  # it is dead: found when its answer is read
-            worker.connection.send((worker.case, standings[worker.case.number]))
+            worker.connection.send((worker.case, states[worker.case.number]))
 
 
 def _received(worker: Worker) -> Ran:
@@ -140,8 +140,8 @@ def work(connection: Connection, verbose: bool) -> None:
     runner = Runner(lambda: nullcontext(Stages()), verbose=verbose)
     with suppress(EOFError, BrokenPipeError, KeyboardInterrupt), terminable():
         while True:
-            case, standing = connection.recv()
-            connection.send(runner.run(case, standing))
+            case, state = connection.recv()
+            connection.send(runner.run(case, state))
 
 
 @contextmanager

@@ -9,15 +9,16 @@ has left the unit circle or come back to it:
     in a collision of two complex pairs (Krein)                      Neimark-Sacker
 
 (in a conservative system the last is also called Hamiltonian Hopf bifurcation; the first two are
-told apart by the tangent of the family). The place is bracketed by motions that are shot between
+distinguished by the tangent of the family). The place is bracketed by motions that are shot between
 the two, see `time_domain.chord`; between the last two a smooth function of the multipliers, which
 changes sign there, is taken linear, see `time_domain.crossing`.
 
 A family that is nearly square to the chord may lead back beyond the first motion, over what was
-found before it: that is kept once, and the change of stability is told as one without a place.
+found before it: that is kept once, and the change of stability is reported as one without
+a place.
 
-Pairs that leave while another one of their kind is outside already are not told, nor is what begins
-and ends between two points.
+Pairs that leave while another one of their kind is outside already are not reported, nor is what
+begins and ends between two points.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.time_domain.chord import TOLERANCE, Budget, Chord, FamilyMotion
 from fenics_nnm.time_domain.crossing import crossing
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.shooting import ShotMotion, mean_gamma, mean_gamma_of
 from fenics_nnm.time_domain.stability import COMPLEX, DOUBLING, Stability
 
@@ -56,7 +57,7 @@ _AT_REST = 1e-16
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BifurcationPoint:
     """Where a bifurcation is.
 
     Attributes:
@@ -73,7 +74,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Bifurcation(Place):
+class Bifurcation(BifurcationPoint):
     """A bifurcation between two points of a branch.
 
     Attributes:
@@ -124,12 +125,12 @@ class Bifurcations:
 
 
 def bifurcations(
-    flow: Flow, witnesses: Sequence[Witness | None], *, reversible: bool
+    flow: Integrator, witnesses: Sequence[Witness | None], *, reversible: bool
 ) -> Bifurcations:
     """Bifurcations between neighbouring points of a branch.
 
     Args:
-        flow: Flow of the model, in SI units.
+        flow: Integrator of the model, in SI units.
         witnesses: The exact motion of each point, None where there is none.
         reversible: Whether the motions are time-reversible and start at rest.
     """

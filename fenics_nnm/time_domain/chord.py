@@ -14,7 +14,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.time_domain.crossing import crossing
 from fenics_nnm.time_domain.family import Found, Steps, family_tangent, periodic_motion
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.period_map import Miss, PeriodMap, Target, period_map
 from fenics_nnm.time_domain.shooting import ShotMotion
 from fenics_nnm.time_domain.stability import Stability, stability_of
@@ -81,7 +81,7 @@ class Chord:
     """The way between two neighbouring motions of a branch, in the units of the first.
 
     Attributes:
-        flow: Flow of the model, in SI units.
+        flow: Integrator of the model, in SI units.
         equations: Of a periodic motion, the energy of the first one's.
         first: The motion at its start.
         last: That at its end.
@@ -89,7 +89,7 @@ class Chord:
         budget: Motions that may still be shot; shared with other chords.
     """
 
-    flow: Flow
+    flow: Integrator
     equations: PeriodMap
     first: FamilyMotion
     last: FamilyMotion
@@ -99,7 +99,7 @@ class Chord:
     @classmethod
     def between(
         cls,
-        flow: Flow,
+        flow: Integrator,
         motions: tuple[ShotMotion, ShotMotion],
         stabilities: tuple[Stability, Stability],
         budget: Budget,

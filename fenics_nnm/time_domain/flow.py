@@ -17,6 +17,7 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import RestState
+from fenics_nnm.time_domain.integrator import Trajectory
 from fenics_nnm.time_domain.linear_stage import LinearStage, StageMotion
 
 #: The points in contact after a change are those a moment later: this over the highest frequency.
@@ -28,34 +29,6 @@ _STAGES_KEPT = 2000
 
 #: Stages that are tried for a state before its forces are found from scratch.
 _RECENT = 4
-
-
-@dataclass(frozen=True, slots=True)
-class Trajectory:
-    """What a motion came to.
-
-    Attributes:
-        q: Modal coordinates at the end in kg^1/2 m, shape (J,).
-        velocity: Their velocities, shape (J,).
-        changes: How often the set of points in contact changed.
-        contact_time: Time with contact at some point in s.
-        q_at: Coordinates at the wanted times, shape (len(times), J); nan after a failure.
-        velocity_at: Velocities there.
-        speed_integral: Integral of |velocity|^2 in J s; nan if not wanted.
-        transition: Derivatives of the final (q, velocity) along changes of the first, shape
-            (2 J, c), if wanted.
-        failure: Empty, or why the motion was not followed to the end.
-    """
-
-    q: Array
-    velocity: Array
-    changes: int
-    contact_time: float
-    q_at: Array
-    velocity_at: Array
-    speed_integral: float
-    transition: Array | None = None
-    failure: str = ""
 
 
 @dataclass(frozen=True, slots=True)

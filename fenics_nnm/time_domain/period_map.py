@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class PeriodMap(Protocol):
         """Left-hand sides and derivative."""
 
 
-def period_map(flow: Flow, target: Target, *, reversible: bool) -> PeriodMap:
+def period_map(flow: Integrator, target: Target, *, reversible: bool) -> PeriodMap:
     """The equations for a motion from rest to rest, or for any motion."""
     return ReversibleMap(flow, target) if reversible else GeneralMap(flow, target)
 
@@ -74,7 +74,7 @@ def period_map(flow: Flow, target: Target, *, reversible: bool) -> PeriodMap:
 class ReversibleMap:
     """From rest to rest in half a period; unknowns omega q / sqrt(2 E) and T / T0."""
 
-    flow: Flow
+    flow: Integrator
     target: Target
 
     @property
@@ -107,7 +107,7 @@ class ReversibleMap:
 class GeneralMap:
     """Any state and back after a period; unknowns omega q, q' over sqrt(2 E), and T / T0."""
 
-    flow: Flow
+    flow: Integrator
     target: Target
 
     @property

@@ -25,10 +25,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.time_domain.family import Found, Steps, motion_of_energy, periodic_motion
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.period_map import PeriodMap, Target, period_map
 
 
@@ -45,6 +45,46 @@ class Shooting:
     steps: Steps = field(default_factory=Steps)
     keep_energy: bool = True
     farthest_period: float = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class OrbitGuess:
+    """A guess at a periodic motion: a state that nearly comes back after a period.
+
+    Attributes:
+        q: Modal coordinates at the start in kg^1/2 m, shape (J,).
+        velocity: Their velocities, shape (J,).
+        period: Period in s.
+        energy: Total energy in J, which the motion is to have.
+        touches: Whether the motion comes into contact.
+        reversible: Whether the motion is time-reversible and starts at rest: it is shot as one.
+    """
+
+    q: Array
+    velocity: Array
+    period: float
+    energy: float
+    touches: bool
+    reversible: bool
+
+    @classmethod
+    def of(cls, series: Series, motion: Motion) -> OrbitGuess:
+        """The guess that a motion of harmonic balance makes.
+
+        Args:
+            series: Series that the motion is written in; without sines it is time-reversible.
+            motion: Motion.
+        """
+        phase = np.zeros(1)
+        rate = series.rate_at(phase)[0] * 2 * np.pi * motion.frequency
+        return cls(
+            q=series.basis_at(phase)[0] @ motion.q,
+            velocity=rate @ motion.q,
+            period=1 / motion.frequency,
+            energy=motion.energy,
+            touches=motion.contact_fraction > 0,
+            reversible=not series.free_phase,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,36 +131,25 @@ class ShotMotion:
         return 1 / self.period
 
 
-def shoot(
-    flow: Flow, series: Series, point: BranchPoint, *, options: Shooting | None = None
-) -> ShotMotion:
-    """The periodic motion of the same energy near a point; never raises for non-convergence.
+def shoot(flow: Integrator, guess: OrbitGuess, *, options: Shooting | None = None) -> ShotMotion:
+    """The periodic motion of the same energy near a guess; never raises for non-convergence.
 
     Args:
-        flow: Flow of the model that the point belongs to, in SI units.
-        series: Series that the point is written in. Without sines the motion is shot as a
-            time-reversible one.
-        point: Guess.
+        flow: Integrator of the model that the guess belongs to, in SI units.
+        guess: Guess.
         options: Configuration of the iteration.
     """
     options = options or Shooting()
-    phase = np.zeros(1)
-    rate = series.rate_at(phase)[0] * 2 * np.pi * point.frequency
-    target = Target(
-        q=series.basis_at(phase)[0] @ point.q,
-        velocity=rate @ point.q,
-        period=1 / point.frequency,
-        energy=point.energy,
-    )
-    equations = period_map(flow, target, reversible=not series.free_phase)
+    target = Target(guess.q, guess.velocity, guess.period, guess.energy)
+    equations = period_map(flow, target, reversible=guess.reversible)
     if options.keep_energy:
         found = motion_of_energy(equations, options.steps)
     else:
         found = periodic_motion(equations, equations.start, options.steps, keep_energy=False)
-    return _motion(flow, equations, found, options, touches=point.contact_fraction > 0)
+    return _motion(flow, equations, found, options, touches=guess.touches)
 
 
-def mean_gamma(flow: Flow, shot: ShotMotion) -> float:
+def mean_gamma(flow: Integrator, shot: ShotMotion) -> float:
     """Modal energy coordinate gamma = m^ / 2 of a shot motion, with all its harmonics.
 
     m^ = <q' . q'> / omega^2 is a mean over the period (Parseval), in closed form.
@@ -128,20 +157,20 @@ def mean_gamma(flow: Flow, shot: ShotMotion) -> float:
     return mean_gamma_of(flow, shot.q, shot.velocity, shot.period)
 
 
-def mean_gamma_of(flow: Flow, q: Array, velocity: Array, period: float) -> float:
+def mean_gamma_of(flow: Integrator, q: Array, velocity: Array, period: float) -> float:
     """`mean_gamma` of a motion given by its initial state and its period."""
     omega = 2 * np.pi / period
     return flow.run(q, velocity, period, speeds=True).speed_integral / (2 * period * omega**2)
 
 
-def harmonics_of(flow: Flow, shot: ShotMotion, series: Series) -> Array:
+def harmonics_of(flow: Integrator, shot: ShotMotion, series: Series) -> Array:
     """Coefficients of a shot motion in a series, shape (c, J), from the samples of the series."""
     times = shot.period * series.phase / (2 * np.pi)
     return series.analysis @ flow.run(shot.q, shot.velocity, shot.period, times=times).q_at
 
 
 def _motion(
-    flow: Flow, equations: PeriodMap, found: Found, options: Shooting, *, touches: bool
+    flow: Integrator, equations: PeriodMap, found: Found, options: Shooting, *, touches: bool
 ) -> ShotMotion:
     """The result, with the return error of one whole period."""
     q, velocity, period = equations.state(found.unknowns)

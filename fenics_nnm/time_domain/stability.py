@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array, Complex
-from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.multipliers import (
     Multipliers,
     symplectic_error,
@@ -81,12 +81,12 @@ class Stability:
 
 
 def stability(
-    flow: Flow, shot: ShotMotion, *, reversible: bool = False, on_circle: float = _ON_CIRCLE
+    flow: Integrator, shot: ShotMotion, *, reversible: bool = False, on_circle: float = _ON_CIRCLE
 ) -> Stability:
     """Floquet multipliers of a shot motion.
 
     Args:
-        flow: Flow that the motion was shot with.
+        flow: Integrator that the motion was shot with.
         shot: A converged motion.
         reversible: Whether it was shot from rest to rest.
         on_circle: Multipliers within this distance of the unit circle, or within the estimated
@@ -99,7 +99,7 @@ def stability(
 
 
 def stability_of(
-    flow: Flow,
+    flow: Integrator,
     q: Array,
     velocity: Array,
     period: float,
@@ -110,7 +110,7 @@ def stability_of(
     """Floquet multipliers of a periodic motion given by its initial state and its period.
 
     Args:
-        flow: Flow of the model.
+        flow: Integrator of the model.
         q: Modal coordinates at the start in kg^1/2 m, shape (J,).
         velocity: Their velocities, shape (J,).
         period: Period in s.

@@ -44,6 +44,8 @@ def test_linear_below_grazing(demo: ModuleType) -> None:
     model = ReducedModel([np.sqrt(10.0)], [[1.0]], [[1 / demo.STOP]], [demo.GAP])
     branch = follow(model, EnergyContinuation(0.2, 1.0, 0.2), HarmonicBalance(5, 64), mode=0)
     for point in branch.points:
-        assert point.frequency == pytest.approx(np.sqrt(10) / 2 / np.pi, rel=1e-12)
-        assert point.energy == pytest.approx(point.gamma_ratio * demo.GRAZING_ENERGY, rel=1e-12)
-        assert point.contact_fraction <= 1 / 64
+        assert point.motion.frequency == pytest.approx(np.sqrt(10) / 2 / np.pi, rel=1e-12)
+        assert point.motion.energy == pytest.approx(
+            point.gamma_ratio * demo.GRAZING_ENERGY, rel=1e-12
+        )
+        assert point.motion.contact_fraction <= 1 / 64

@@ -105,7 +105,7 @@ def test_follow_and_skip_agree_away_from_tongues() -> None:
     following = follow(TONGUE, ArcContinuation(0.8, 2.0, step=0.4), balance, mode=0)
     for point in skipping.points[:3]:
         (same,) = [p for p in following.points if p.gamma_ratio == point.gamma_ratio]
-        assert same.frequency == pytest.approx(point.frequency, rel=1e-9)
+        assert same.motion.frequency == pytest.approx(point.motion.frequency, rel=1e-9)
 
 
 def test_run_is_resumed_where_it_stopped(
@@ -122,7 +122,9 @@ def test_run_is_resumed_where_it_stopped(
     assert [p.position for p in longer[: len(short)]] == [p.position for p in short]
     assert longer[-1].gamma_ratio == 2.5
     command("run", study_file(text(2.5)), "--output", "fresh")
-    assert longer[-1].frequency == pytest.approx(stored("fresh")[-1].frequency, rel=1e-9)
+    assert longer[-1].motion.frequency == pytest.approx(
+        stored("fresh")[-1].motion.frequency, rel=1e-9
+    )
     assert longer[-1].position == pytest.approx(stored("fresh")[-1].position, rel=1e-2)
     again = command("run", study_file(text(2.5)), "--output", "out", "--resume")
     assert again.code == 0
@@ -137,7 +139,7 @@ def test_other_branch_from_a_bifurcation(
     fine = {"largest_step": 0.05}
     path = study_file(study(2, 9, 96, parameter="arc-length", energies=energies, arc_length=fine))
     assert command("run", path, "--output", "out").code == 0
-    (point,) = [p for p in stored() if p.event == "branch point"]
+    (point,) = [p for p in stored() if p.notes.event == "branch point"]
     exact = exact_frequencies(2.05, 2.0)[1]
     assert point.frequency_ratio == pytest.approx(exact, rel=1e-3)
     start = {"file": "out/branch.h5", "bifurcation": 1}
@@ -150,10 +152,10 @@ def test_other_branch_from_a_bifurcation(
         assert ended.code == 1  # the number of steps ends it
         assert "arc_length" in ended.err
         sides.append(stored(direction)[-1])
-    shares = [np.abs(side.q[1, 1] / side.q[1, 0]) for side in sides]
+    shares = [np.abs(side.motion.q[1, 1] / side.motion.q[1, 0]) for side in sides]
     assert min(shares) > 0.05  # out of phase, too
-    assert sides[0].q[1, 1] * sides[1].q[1, 1] < 0  # mirror images
-    assert sides[0].frequency == pytest.approx(sides[1].frequency, rel=1e-6)
+    assert sides[0].motion.q[1, 1] * sides[1].motion.q[1, 1] < 0  # mirror images
+    assert sides[0].motion.frequency == pytest.approx(sides[1].motion.frequency, rel=1e-6)
 
 
 def test_branch_from_a_coarse_point(tongue: None, study_file: StudyFile, command: Command) -> None:
@@ -184,10 +186,10 @@ def test_mode_in_a_higher_harmonic(tongue: None, study_file: StudyFile, command:
     for point in stored():
         if point.gamma_ratio in (1.2, 1.6):
             same = main[point.gamma_ratio]
-            assert 2 * point.frequency == pytest.approx(same.frequency, rel=1e-8)
-            assert point.energy == pytest.approx(same.energy, rel=1e-8)
+            assert 2 * point.motion.frequency == pytest.approx(same.motion.frequency, rel=1e-8)
+            assert point.motion.energy == pytest.approx(same.motion.energy, rel=1e-8)
             assert point.frequency_ratio == pytest.approx(same.frequency_ratio, rel=1e-8)
-            assert np.abs(point.q[1::2]).max() < 1e-8 * np.abs(point.q).max()
+            assert np.abs(point.motion.q[1::2]).max() < 1e-8 * np.abs(point.motion.q).max()
 
 
 def test_full_order_by_arc_length(study_file: StudyFile, command: Command) -> None:
@@ -198,9 +200,9 @@ def test_full_order_by_arc_length(study_file: StudyFile, command: Command) -> No
         base=PLATE, reduction=changes, continuation={"internal_resonance": "follow"}
     )
     assert command("run", followed, "--output", "arc").code == 0
-    arc = {round(p.gamma_ratio, 9): p.frequency for p in stored("arc")}
+    arc = {round(p.gamma_ratio, 9): p.motion.frequency for p in stored("arc")}
     for point in stored("energy"):
-        assert arc[round(point.gamma_ratio, 9)] == pytest.approx(point.frequency, rel=1e-9)
+        assert arc[round(point.gamma_ratio, 9)] == pytest.approx(point.motion.frequency, rel=1e-9)
 
 
 def test_too_few_steps_are_told() -> None:

@@ -19,6 +19,7 @@ from fenics_nnm.backbone.follow import EnergyContinuation, FrequencyContinuation
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.output.html_report.words import warnings
@@ -53,11 +54,13 @@ def test_bilinear_oscillator(monkeypatch: pytest.MonkeyPatch) -> None:
     assert branch.reason == "reached frequency ratio 1.3"
     swept = [point for point in branch.points if point.gamma_ratio != 1.5]
     expected = wanted.targets()
-    np.testing.assert_allclose([p.frequency / linear for p in swept], expected, rtol=1e-12)
+    np.testing.assert_allclose([p.motion.frequency / linear for p in swept], expected, rtol=1e-12)
     assert len(branch.points) == len(swept) + 1
     for point in branch.points:
         assert point.position == pytest.approx(point.frequency_ratio, rel=1e-9)
-        assert point.frequency == pytest.approx(demo.exact_frequency(point.energy), rel=5e-6)
+        assert point.motion.frequency == pytest.approx(
+            demo.exact_frequency(point.motion.energy), rel=5e-6
+        )
 
 
 def test_frequency_that_contact_cannot_give(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -162,7 +165,10 @@ def test_missing_frequency_is_told_as_one(
 @pytest.mark.parametrize(
     ("continuation", "words"),
     [
-        ({"parameter": "frequency"}, ["needs frequencies = { from, to, step }"]),
+        (
+            {"parameter": "frequency"},
+            ['parameter = "frequency" needs frequencies (range { from, to, step }'],
+        ),
         ({**SWEEP, "energies": {"to": 2.0}}, ["energies: does not go with"]),
         ({"frequencies": SWEEP["frequencies"]}, ['frequencies: needs parameter = "frequency"']),
         ({**SWEEP, "frequencies": {"from": 0.9, "to": 1.2}}, ["frequencies.from = 0.9", "1"]),
@@ -182,7 +188,7 @@ def test_multipliers_are_found_at_fixed_energy(study_file: StudyFile, command: C
     command("run", path).assert_one_line(
         2, "by frequency needs contact points without mass", '"energy"'
     )
-    model = ReducedModel([1.0, 3.0], [[1.0, 1.0]], [[0.0]], [1.0])
+    model = ReducedModel([1.0, 3.0], [[1.0, 1.0]], [[0.0]], [1.0], contact=MASSIVE)
     balance = HarmonicBalance(3, 32, multipliers=MultiplierLoop())
     with pytest.raises(ModelError, match="needs contact points without mass"):
         follow(model, FrequencyContinuation(1.01, 1.1, 0.05), balance, mode=0)

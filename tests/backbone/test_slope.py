@@ -10,23 +10,22 @@ from fenics_nnm.backbone.slope import frequency_slope
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, solve
+from fenics_nnm.nonlinear.conditions import FixedEnergy
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import solve
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 MODEL = ReducedModel(omega=[1.0, 3.4], Phi=[[1.0, 1.0]], R=[[0.1]], gap=[1.0])
 
 
 @pytest.mark.parametrize("series", [CosineSeries(5, 60), FourierSeries(5, 60)])
 def test_slope_against_differences(series: Series) -> None:
-    equations = HarmonicEquations(MODEL, series, Complementarity(MODEL.R, MODEL.gap))
+    equations = harmonic_equations(MODEL, series, Complementarity(MODEL.R, MODEL.gap))
     q = np.zeros(equations.shape)
     q[1, 0] = 1.2
     gamma = 0.25 * 1.3
-    at = solve(equations, FixedEnergy(gamma), q, 1.0)
-    ends = [
-        solve(equations, FixedEnergy(gamma * factor), at.q, at.omega)
-        for factor in (1 - 1e-6, 1 + 1e-6)
-    ]
+    at = solve(equations, FixedEnergy(gamma), Unknowns.of(q, 1.0))
+    ends = [solve(equations, FixedEnergy(gamma * factor), at.at) for factor in (1 - 1e-6, 1 + 1e-6)]
     difference = (ends[1].omega - ends[0].omega) / at.omega / 2e-6
     assert frequency_slope(equations, at) == pytest.approx(difference, rel=1e-5)
 
@@ -42,19 +41,21 @@ def test_slope_of_points_is_that_of_the_branch() -> None:
     slopes = []
     for branch in both:
         at = {point.gamma_ratio: point for point in branch.points}
-        slopes.append((at[near[1]].frequency - at[near[0]].frequency) / (near[1] - near[0]))
+        slopes.append(
+            (at[near[1]].motion.frequency - at[near[0]].motion.frequency) / (near[1] - near[0])
+        )
     found = next(point for point in both[0].points if point.gamma_ratio == 1.3)
     # the coarsest level has two harmonics only
-    assert found.slope_ratio == pytest.approx(slopes[0] / slopes[1], rel=0.15)
+    assert found.notes.slope_ratio == pytest.approx(slopes[0] / slopes[1], rel=0.15)
 
 
 def test_tongue_is_marked_by_its_slope() -> None:
     """In the tongue of mode 2 the frequency stands still, also where it is 5 % from omega_2 / 3."""
     branch = follow(MODEL, ArcContinuation(0.8, 10.0), HarmonicBalance(6, 72), mode=0)
-    still = [point for point in branch.points if point.slope_ratio < STILL]
+    still = [point for point in branch.points if point.notes.slope_ratio < STILL]
     assert len(still) > 10
     for point in still:
-        shares = point.q[1:] ** 2 * (np.arange(1, 7) ** 2)[:, None]
+        shares = point.motion.q[1:] ** 2 * (np.arange(1, 7) ** 2)[:, None]
         others = 1 - shares[0, 0] / shares.sum()
         assert bool(point.resonance) == (others > 0.025)
 

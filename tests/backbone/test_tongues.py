@@ -3,29 +3,36 @@
 import numpy as np
 import pytest
 
+from fenics_nnm.backbone.continuity import Continuity, kinetic_shares
 from fenics_nnm.backbone.harmonic_copy import linear_motion
-from fenics_nnm.continuation.arc_length import unknowns
-from fenics_nnm.continuation.continuity import Continuity, kinetic_shares
-from fenics_nnm.continuation.events import Event, EventKind
-from fenics_nnm.continuation.trace import TracePoint, trace
-from fenics_nnm.continuation.trace_options import Heading, Range
+from fenics_nnm.backbone.mode_trace import FOLD_IN_GAMMA, GAMMA_UP, mode_trace
+from fenics_nnm.continuation.arc_length import Problem
+from fenics_nnm.continuation.events import Event
+from fenics_nnm.continuation.trace import TracePoint
+from fenics_nnm.continuation.trace_options import ArcLength, Range
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import CosineSeries
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Solution, solve
+from fenics_nnm.nonlinear.conditions import FixedEnergy
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 GRAZING = 0.25
 
 MODEL = ReducedModel(omega=[1.0, 3.73], Phi=[[1.0, 1.1]], R=[[0.03]], gap=[1.0])
 
-EQUATIONS = HarmonicEquations(MODEL, CosineSeries(6, 128), Complementarity(MODEL.R, MODEL.gap))
+NEWTON = ArcLength().newton
+EQUATIONS = harmonic_equations(MODEL, CosineSeries(6, 128), Complementarity(MODEL.R, MODEL.gap))
 
 
 @pytest.fixture(scope="module")
 def points() -> list[TracePoint]:
     wanted = Range(high=8 * GRAZING, targets=(3.8 * GRAZING, 4.1 * GRAZING))
-    branch = trace(EQUATIONS, linear_motion(EQUATIONS, 0), Heading.GAMMA_UP, gamma=wanted)
+    branch = mode_trace(
+        Problem.of(EQUATIONS, NEWTON), linear_motion(EQUATIONS, 0), GAMMA_UP, gamma=wanted
+    )
     found = list(branch)
     assert branch.reason == "gamma leaves its range at 2"
     return found
@@ -34,7 +41,7 @@ def points() -> list[TracePoint]:
 def folds(points: list[TracePoint], *, at_kink: bool) -> list[Event]:
     """Folds in gamma, in the order of the branch."""
     events = [point.event for point in points if point.event is not None]
-    return [e for e in events if e.kind is EventKind.FOLD_IN_GAMMA and e.at_kink == at_kink]
+    return [e for e in events if e.kind == FOLD_IN_GAMMA.kind and e.at_kink == at_kink]
 
 
 def test_in_and_out(points: list[TracePoint]) -> None:
@@ -53,24 +60,22 @@ def test_in_and_out(points: list[TracePoint]) -> None:
 
 def test_the_finest_sweep_over_energy_ends_at_the_fold(points: list[TracePoint]) -> None:
     """Continuation at fixed energies from below stops where the fold is located."""
-    fold = folds(points, at_kink=True)[0].place
+    fold = folds(points, at_kink=True)[0].point
     gamma = fold.solution.energies.gamma
     for part, exists in ((1 - 1e-4, True), (1 + 1e-4, False)):
         found = at_energy(fold.solution, part * gamma)
-        near = (
-            found.converged and np.linalg.norm(fold.metric.between(fold.at, unknowns(found))) < 0.05
-        )
+        near = found.converged and np.linalg.norm(fold.metric.between(fold.at, found.at)) < 0.05
         assert near == exists
 
 
 def at_energy(start: Solution, gamma: float) -> Solution:
-    return solve(EQUATIONS, FixedEnergy(gamma), start.q, start.omega)
+    return solve(EQUATIONS, FixedEnergy(gamma), Unknowns.of(start.q, start.omega))
 
 
 def test_two_motions_on_one_side_of_a_fold_and_none_on_the_other(
     points: list[TracePoint],
 ) -> None:
-    fold = folds(points, at_kink=False)[-1].place
+    fold = folds(points, at_kink=False)[-1].point
     lowest = fold.solution.energies.gamma
 
     def beside(part: float) -> tuple[Solution, ...]:
@@ -80,18 +85,18 @@ def test_two_motions_on_one_side_of_a_fold_and_none_on_the_other(
             for sign in (-1, 1)
         )
         constraint = FixedEnergy(lowest * (1 + part))
-        return tuple(solve(EQUATIONS, constraint, g.q, g.omega) for g in guesses)
+        return tuple(solve(EQUATIONS, constraint, g) for g in guesses)
 
     distances = []
     for part in (1e-6, 4e-6):
         pair = beside(part)
         assert all(found.converged for found in pair)
-        way = fold.metric.between(unknowns(pair[0]), unknowns(pair[1]))
+        way = fold.metric.between(pair[0].at, pair[1].at)
         distances.append(float(np.linalg.norm(way)))
     assert distances[1] / distances[0] == pytest.approx(2, rel=0.02)  # a quadratic fold
     below = at_energy(fold.solution, lowest * (1 - 1e-6))
     if below.converged:  # then it is far away
-        assert np.linalg.norm(fold.metric.between(fold.at, unknowns(below))) > 0.1
+        assert np.linalg.norm(fold.metric.between(fold.at, below.at)) > 0.1
 
 
 def test_targets_are_hit_on_each_way(points: list[TracePoint]) -> None:
@@ -109,11 +114,11 @@ def test_targets_are_hit_on_each_way(points: list[TracePoint]) -> None:
 def test_branch_turns_back_at_the_first_contact() -> None:
     """At grazing the tangent beyond the kink leads down: contact begins below grazing."""
     model = ReducedModel(omega=[1.0, 3.99], Phi=[[1.0, -2.1]], R=[[0.1]], gap=[1.0])
-    of = HarmonicEquations(model, CosineSeries(6, 128), Complementarity(model.R, model.gap))
-    branch = trace(
-        of,
+    of = harmonic_equations(model, CosineSeries(6, 128), Complementarity(model.R, model.gap))
+    branch = mode_trace(
+        Problem.of(of, NEWTON),
         linear_motion(of, 0),
-        Heading.GAMMA_UP,
+        GAMMA_UP,
         gamma=Range(high=2 * GRAZING, targets=(0.9 * GRAZING,)),
     )
     found = list(branch)
@@ -132,11 +137,13 @@ def test_jumps_are_refused() -> None:
     continuity = Continuity()
     touching = at_energy(linear_motion(EQUATIONS, 0, amplitude=0.99), 1.2 * GRAZING)
     assert touching.forces.force.any()
-    assert not continuity(EQUATIONS, touching, touching)
+    assert not continuity.refusal(EQUATIONS, touching, touching)
     free = linear_motion(EQUATIONS, 1, harmonic=3, amplitude=0.9)
     assert free.energies.gamma > GRAZING
-    assert "one harmonic jumps by" in continuity(EQUATIONS, touching, free)
+    assert "one harmonic jumps by" in continuity.refusal(EQUATIONS, touching, free)
     loose = Continuity(largest_change=1.0)
-    assert "contact is lost" in loose(EQUATIONS, touching, free)
-    assert not Continuity(largest_change=1.0, grazing_gamma=np.inf)(EQUATIONS, touching, free)
-    assert not loose(EQUATIONS, touching, linear_motion(EQUATIONS, 0, amplitude=0.99))
+    assert "contact is lost" in loose.refusal(EQUATIONS, touching, free)
+    assert not Continuity(largest_change=1.0, grazing_gamma=np.inf).refusal(
+        EQUATIONS, touching, free
+    )
+    assert not loose.refusal(EQUATIONS, touching, linear_motion(EQUATIONS, 0, amplitude=0.99))

@@ -13,19 +13,21 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from fenics_nnm.backbone.continuity import Continuity, kinetic_shares
 from fenics_nnm.backbone.harmonic_copy import harmonic_copy, linear_motion
-from fenics_nnm.continuation.arc_length import unknowns
+from fenics_nnm.backbone.mode_trace import FOLD_IN_OMEGA, GAMMA_UP, mode_trace
+from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.continuation.branch_switching import switched
-from fenics_nnm.continuation.continuity import Continuity, kinetic_shares
-from fenics_nnm.continuation.events import Event, EventKind
-from fenics_nnm.continuation.trace import Trace, trace
-from fenics_nnm.continuation.trace_options import ArcLength, Heading, Range
+from fenics_nnm.continuation.events import BRANCH_POINT, Event
+from fenics_nnm.continuation.heading import Along
+from fenics_nnm.continuation.trace import Trace
+from fenics_nnm.continuation.trace_options import ArcLength, Range
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import Solution
+from fenics_nnm.nonlinear.equations import HarmonicEquations, harmonic_equations
+from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.time_domain.family import Steps, periodic_motion
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.period_map import Target, period_map
@@ -41,7 +43,11 @@ def pair(natural: float) -> ReducedModel:
 
 
 def equations(model: ReducedModel, series: Series) -> HarmonicEquations:
-    return HarmonicEquations(model, series, Complementarity(model.R, model.gap))
+    return harmonic_equations(model, series, Complementarity(model.R, model.gap))
+
+
+def problem(of: HarmonicEquations) -> Problem:
+    return Problem.of(of, ArcLength().newton)
 
 
 def stages(energy: float) -> tuple[float, float]:
@@ -76,15 +82,15 @@ def exact_frequencies(natural: float, value: float) -> list[float]:
 
 def branch_points(branch: Trace) -> list[Event]:
     events = [point.event for point in branch if point.event is not None]
-    return [event for event in events if event.kind is EventKind.BRANCH_POINT]
+    return [event for event in events if event.kind == BRANCH_POINT.kind]
 
 
 def in_phase(natural: float, series: Series) -> tuple[Trace, list[Event]]:
     of = equations(pair(natural), series)
-    branch = trace(
-        of,
+    branch = mode_trace(
+        problem(of),
         linear_motion(of, 0),
-        Heading.GAMMA_UP,
+        GAMMA_UP,
         options=ArcLength(largest_step=0.05),
         gamma=Range(high=1.0),
     )
@@ -112,7 +118,7 @@ def test_kernel_at_a_symmetry_breaking_point() -> None:
     motion = point.kernel[0][:-1].reshape(-1, 2)
     assert np.abs(motion[:, 0]).max() < 1e-6  # out of phase alone
     assert np.linalg.norm(motion[:, 1]) == pytest.approx(1.0)
-    assert abs(point.kernel[0] @ point.place.tangent) < 1e-10
+    assert abs(point.kernel[0] @ point.point.tangent) < 1e-10
 
 
 def test_other_branch_is_a_motion_of_the_exact_flow() -> None:
@@ -120,10 +126,10 @@ def test_other_branch_is_a_motion_of_the_exact_flow() -> None:
     ends = []
     for side in switched(branch.problem, point):
         assert side is not None
-        other = trace(
+        other = mode_trace(
             branch.problem,
             side.solution,
-            side.metric.unscaled(side.tangent),
+            Along(side.metric.unscaled(side.tangent)),
             options=ArcLength(points=12),
         )
         ends.append(list(other)[-1].solution)
@@ -156,7 +162,7 @@ def exact_motion(of: HarmonicEquations, solution: Solution) -> np.ndarray:
 @pytest.mark.parametrize("later", [False, True])
 def test_copy_is_the_same_motion(series: Series, k: int, later: bool) -> None:
     of = equations(pair(2.6), series)
-    branch = trace(of, linear_motion(of, 0), Heading.GAMMA_UP, gamma=Range(high=0.4))
+    branch = mode_trace(problem(of), linear_motion(of, 0), GAMMA_UP, gamma=Range(high=0.4))
     motion = list(branch)[-1].solution
     longer, copy = harmonic_copy(of, motion, k, later=later)
     assert copy.residual < 1e-9
@@ -182,12 +188,12 @@ def test_period_doubles_where_hills_equation_says() -> None:
     for later in (False, True):
         of = equations(pair(2.6), CosineSeries(9, 1600))
         longer, copy = harmonic_copy(of, linear_motion(of, 0), 2, later=later)
-        branch = trace(
-            longer,
+        branch = mode_trace(
+            problem(longer),
             copy,
-            Heading.GAMMA_UP,
+            GAMMA_UP,
             gamma=Range(high=2.0),
-            accept=Continuity(grazing_gamma=4 * 0.25),
+            rules=Continuity(grazing_gamma=4 * 0.25),
         )
         (point,) = branch_points(branch)
         assert len(point.kernel) == 1
@@ -204,15 +210,15 @@ def test_subharmonic_branch_meets_the_main_one() -> None:
     """Mode 2 in harmonic 2 has a branch point where the branch of mode 1 ends in it."""
     model = ReducedModel([1.0, 1.89], [[-1.0, -12.2]], [[0.87]], [1.0])
     of = equations(model, CosineSeries(6, 64))
-    main = trace(of, linear_motion(of, 0), Heading.GAMMA_UP, gamma=Range(low=0.007))
+    main = mode_trace(problem(of), linear_motion(of, 0), GAMMA_UP, gamma=Range(low=0.007))
     (met,) = branch_points(main)
     shares = kinetic_shares(of, met.solution.q)
     assert shares[2::2, :].sum() > 1 - 1e-9  # only even harmonics are left
     alone = equations(model, CosineSeries(3, 32))
-    second = trace(
-        alone,
+    second = mode_trace(
+        problem(alone),
         linear_motion(alone, 1),
-        Heading.GAMMA_UP,
+        GAMMA_UP,
         gamma=Range(high=met.solution.energies.gamma / 4),
     )
     assert list(second)[-1].solution.omega == pytest.approx(2 * met.solution.omega, rel=1e-6)
@@ -221,9 +227,9 @@ def test_subharmonic_branch_meets_the_main_one() -> None:
 def test_folds_have_no_other_branch() -> None:
     model = ReducedModel([1.0, 3.3], [[1.0, 1.0]], [[0.1]], [1.0])
     of = equations(model, CosineSeries(6, 72))
-    branch = trace(of, linear_motion(of, 0), Heading.GAMMA_UP)
+    branch = mode_trace(problem(of), linear_motion(of, 0), GAMMA_UP)
     fold = next(point.event for point in branch if point.event is not None)
-    assert fold.kind is EventKind.FOLD_IN_OMEGA
+    assert fold.kind == FOLD_IN_OMEGA.kind
     with pytest.raises(ModelError, match="only a branch point"):
         switched(branch.problem, fold)
 
@@ -237,4 +243,4 @@ def test_bad_linear_motion_is_refused(harmonic: int, amplitude: float, named: st
         linear_motion(of, 0, harmonic=harmonic, amplitude=amplitude)
     with pytest.raises(ModelError, match="order 0"):
         harmonic_copy(of, linear_motion(of, 0), 0)
-    assert unknowns(linear_motion(of, 1, harmonic=3)).omega == pytest.approx(2.6 / 3)
+    assert linear_motion(of, 1, harmonic=3).omega == pytest.approx(2.6 / 3)

@@ -18,6 +18,7 @@ from fenics_nnm.fem.boundary import boundary
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.study import study_from
+from fenics_nnm.study.error_keys import in_keys
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -129,7 +130,7 @@ def test_declared_units(ending: str, unit: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(tagged.mesh.geometry.x.max(axis=0), sizes * metres, rtol=1e-5)
     with pytest.raises(MeshError) as error:
         mesh_of(path)
-    message = str(error.value)
+    message = in_keys(error.value)
     assert f'declares "{unit}": must be that' in message and "ignore_declared_unit" in message
     assert f"{0.1 * scale:.4g} x {0.04 * scale:.4g}" in message
     tagged = mesh_of(path, ignore_declared_unit=True, element_size=10.0 * scale)

@@ -92,8 +92,8 @@ def test_closing_mode_is_that_of_half_the_fork_against_a_wall(degree: int, tmp_p
     assert expected.points[-1].frequency_ratio > 1.005
     assert len(branch.points) == len(expected.points) == 4
     for found, wanted in zip(branch.points, expected.points, strict=True):
-        assert found.frequency == pytest.approx(wanted.frequency, rel=1e-8)
-        assert found.energy == pytest.approx(wanted.energy, rel=1e-8)
+        assert found.motion.frequency == pytest.approx(wanted.motion.frequency, rel=1e-8)
+        assert found.motion.energy == pytest.approx(wanted.motion.energy, rel=1e-8)
 
 
 def test_craig_bampton_keeps_the_relative_displacement(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.follow import Branch, EnergyContinuation, follow
+from fenics_nnm.backbone.follow import Branch, EnergyContinuation, FullOrder, ReducedOrder, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -37,11 +37,12 @@ def rotor37(modes: int) -> LinearAnalysis:
 
 def followed(analysis: LinearAnalysis, *, full: bool = False, stop: float = 2.0) -> Branch:
     energies = EnergyContinuation(1.0, stop, 0.2)
-    given = {"mode": 0, "truncation": analysis.reduction.truncation}
     if not full:
-        return follow(analysis.model, energies, BALANCE, **given)
+        order = ReducedOrder(analysis.reduction.truncation)
+        return follow(analysis.model, energies, BALANCE, mode=0, order=order)
     with HarmonicSolver(analysis, harmonics=5) as flexibility:
-        return follow(analysis.model, energies, BALANCE, **given, flexibility=flexibility)
+        order = FullOrder(flexibility)
+        return follow(analysis.model, energies, BALANCE, mode=0, order=order)
 
 
 def dense(matrix: PETSc.Mat) -> Array:
@@ -92,12 +93,16 @@ def residual_norm(analysis: LinearAnalysis, point: BranchPoint, U: Array) -> flo
     """Of Z_n U_n + B^T lambda_n in the norm of K^-1, over sqrt(k^), with dense matrices."""
     K, M = dense(analysis.solid.stiffness), dense(analysis.solid.mass)
     forces = analysis.interface.unit_forces(analysis.solid.owned)
-    ell = BALANCE.series.analysis @ point.force
-    omega, total = 2 * np.pi * point.frequency, 0.0
+    ell = BALANCE.series.analysis @ point.motion.force
+    omega, total = 2 * np.pi * point.motion.frequency, 0.0
     for n, weight in enumerate(BALANCE.series.mean_square):
         residual = (K - (n * omega) ** 2 * M) @ U[n] + forces @ ell[n]
         total += weight * residual @ np.linalg.solve(K, residual)
-    stiffness = point.energy / (1 + (point.frequency / point.rayleigh_frequency) ** 2) * 2
+    stiffness = (
+        point.motion.energy
+        / (1 + (point.motion.frequency / point.motion.rayleigh_frequency) ** 2)
+        * 2
+    )
     return float(np.sqrt(total / stiffness))
 
 
@@ -105,20 +110,24 @@ def residual_norm(analysis: LinearAnalysis, point: BranchPoint, U: Array) -> flo
 def test_residual_of_the_reconstructed_motion(method: str) -> None:
     analysis = plate(method=method)
     point = followed(analysis, stop=1.4).points[-1]
-    ell = BALANCE.series.analysis @ point.force
-    U = point.q @ analysis.reduction.shapes.T - ell @ analysis.reduction.residual_shapes.T
-    assert point.reduction_residual > 1e-5
-    assert point.reduction_residual == pytest.approx(residual_norm(analysis, point, U), rel=1e-6)
+    ell = BALANCE.series.analysis @ point.motion.force
+    U = point.motion.q @ analysis.reduction.shapes.T - ell @ analysis.reduction.residual_shapes.T
+    assert point.expected.reduction.residual > 1e-5
+    assert point.expected.reduction.residual == pytest.approx(
+        residual_norm(analysis, point, U), rel=1e-6
+    )
 
 
 def test_motion_of_full_order_has_no_residual() -> None:
     analysis = plate()
     point = followed(analysis, full=True, stop=1.4).points[-1]
-    ell = BALANCE.series.analysis @ point.force
-    U = point.q @ analysis.reduction.shapes.T - ell @ analysis.reduction.residual_shapes.T
+    ell = BALANCE.series.analysis @ point.motion.force
+    U = point.motion.q @ analysis.reduction.shapes.T - ell @ analysis.reduction.residual_shapes.T
     without = residual_norm(analysis, point, U)
     with HarmonicSolver(analysis, harmonics=5) as solver:
-        U -= solver.inertial_displacement(2 * np.pi * point.frequency, BALANCE.series.order, ell)
+        U -= solver.inertial_displacement(
+            2 * np.pi * point.motion.frequency, BALANCE.series.order, ell
+        )
     assert residual_norm(analysis, point, U) < 1e-6 * without
 
 
@@ -134,10 +143,10 @@ def test_rotor37_reduced_models_converge_to_full_order_as_predicted() -> None:
         for point, exact in list(zip(reduced.points, full.points, strict=True))[1:]:
             error = point.frequency_ratio / exact.frequency_ratio - 1
             errors.append(abs(error))
-            assert 0.1 < point.reduction_error / error < 10
-            assert point.reduction_error == pytest.approx(error, rel=0.05)
-            assert exact.virial_error < 1e-8
-            assert exact.complementarity < 1e-10
+            assert 0.1 < point.expected.reduction.frequency / error < 10
+            assert point.expected.reduction.frequency == pytest.approx(error, rel=0.05)
+            assert exact.balance.virial_error < 1e-8
+            assert exact.balance.complementarity < 1e-10
             assert exact.status in ("verified", "converged")
         worst.append(max(errors))
     assert worst[-1] < 1e-3

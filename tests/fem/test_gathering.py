@@ -54,14 +54,14 @@ def test_shapes_are_those_of_the_degrees_of_freedom(
 ) -> None:
     """Against values at the places of the nodes, which no block has a say in."""
     data = fenics_nnm.fem.gathering.gathered_basis(plate_analysis)
-    places: Any = data["mesh/points"]
+    places: Any = data.arrays["mesh/points"]
     space = plate_analysis.solid.space
     own = space.tabulate_dof_coordinates()
     row = [int(np.argmin(np.linalg.norm(own - place, axis=1))) for place in places]
     columns = plate_analysis.reduction.shapes
     for rows in (1, 3, 100):
         monkeypatch.setattr(fenics_nnm.fem.blocks, "AT_ONCE", rows * 8 * columns.shape[0])
-        shapes: Any = data["basis/shapes"]
+        shapes: Any = data.blocks["basis/shapes"]
         slices = list(shapes.slices())
         assert max(few.stop - few.start for few in slices) == min(rows, columns.shape[1])
         found = np.concatenate([shapes.rows(few) for few in slices])

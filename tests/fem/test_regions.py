@@ -13,8 +13,8 @@ import ufl
 from conftest import PLATE, ROD, Ended
 from dolfinx import fem
 from mpi4py import MPI
+from ranks import on_ranks
 from scipy.optimize import brentq
-from test_mpi import on_ranks
 
 from fenics_nnm.fem.mesh import read_mesh
 from fenics_nnm.fem.solid import stress_tensor

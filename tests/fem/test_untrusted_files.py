@@ -20,7 +20,9 @@ from fenics_nnm.fem.cad_model import Cad, MeshCad
 from fenics_nnm.fem.geo_script import plain_script
 from fenics_nnm.fem.mesh import read_mesh
 from fenics_nnm.fem.native import Limits, in_own_process
+from fenics_nnm.fem.native_errors import FileErrors
 from fenics_nnm.fem.raw_mesh import RawMesh
+from fenics_nnm.study.error_keys import one_line
 
 #: A block of gmsh's language; what comes before and after it must not do anything.
 BLOCK = 'SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 4, 2, 1};\n'
@@ -104,13 +106,13 @@ def test_statements_that_do_more_than_a_geometry(statement: str, tmp_path: Path)
         (tmp_path / "in" / inside).write_text("")
     path = tmp_path / "in" / "a.geo"
     message = refused(path, BLOCK + statement.format(done=done))
-    assert message.startswith(f"mesh.file = {path}, line ") and "\n" not in message
+    assert message.startswith(f"mesh file {path}, line ") and "\n" not in message
     assert not done.exists()
 
 
 def test_the_line_and_the_statement_are_named(tmp_path: Path) -> None:
     message = refused(tmp_path / "a.geo", BLOCK + '\n// nothing\nSystemCall "true";')
-    assert "line 5: SystemCall:" in message and "mesh.trust_script = true" in message
+    assert "line 5: SystemCall:" in message and "trust_script = true" in message
     (tmp_path / "part.geo").write_text('\nSystemCall "true";')
     message = refused(tmp_path / "a.geo", BLOCK + 'Include "part.geo";')
     assert f"{tmp_path / 'part.geo'}, line 2: SystemCall" in message
@@ -163,7 +165,7 @@ class Escape:
     """What a reader would do that a file has taken over."""
 
     target: Path
-    what: str = "mesh.file = a"
+    errors: FileErrors = FileErrors(Path("a"))
     advice: str = "none"
     trusted: bool = False
 
@@ -193,7 +195,7 @@ def test_a_file_is_not_run_whatever_its_ending(ending: str, tmp_path: Path) -> N
             meshed(path)
         else:
             read_mesh(path, "m", MPI.COMM_SELF)
-    assert str(error.value).startswith(f"mesh.file = {path}: ") and not done.exists()
+    assert str(error.value).startswith(f"mesh file {path}: ") and not done.exists()
 
 
 def test_comments_and_marks_may_stand_before_a_mesh(tmp_path: Path) -> None:
@@ -263,7 +265,7 @@ class Ends:
     """A reader that ends in a way of its own."""
 
     way: str
-    what: str = "mesh.file = a.step"
+    errors: FileErrors = FileErrors(Path("a.step"))
     advice: str = "heal it"
     trusted: bool = False
 
@@ -288,7 +290,7 @@ class Ends:
     [
         ("signal", "gmsh or OpenCASCADE crashed on reading (SIGABRT): heal it"),
         ("exit", "gmsh ended on reading with exit code 0 and without a mesh: heal it"),
-        ("memory", "GiB of memory (mesh.memory)"),
+        ("memory", "GiB of memory, which is the limit mesh.memory"),
         ("defect", "cannot be read: KeyError: 'x': heal it"),
         ("sleep", "took more than 3 s on reading: heal it; or raise mesh.time"),
     ],
@@ -297,7 +299,7 @@ def test_an_end_without_a_mesh_is_one_line(way: str, words: str) -> None:
     begin = time.monotonic()
     with pytest.raises(MeshError) as error:
         in_own_process(Ends(way), Limits(memory=1.0, time=3.0 if way == "sleep" else 60.0))
-    message = str(error.value)
+    message = one_line(error.value)
     assert message.startswith("mesh.file = a.step: ") and words in message
     assert time.monotonic() - begin < 40
 

@@ -61,7 +61,7 @@ def assert_velocity_is_the_derivative(
     for frame in (4, 9):  # away from the contact, where the velocity of massless points jumps
         phase = 2 * np.pi * body[frame][0] + np.array([-step, step])
         before, after = branch.displacement(point, phase)
-        slope = (after - before) / (2 * step) * 2 * np.pi * point.frequency
+        slope = (after - before) / (2 * step) * 2 * np.pi * point.motion.frequency
         velocity = body[frame][1]["velocity (m/s)"]
         np.testing.assert_allclose(velocity, slope, atol=1e-6 * np.abs(velocity).max())
 

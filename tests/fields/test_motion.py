@@ -41,7 +41,7 @@ def test_below_grazing_every_node_moves_as_the_linear_mode_of_a_rod(run: Run) ->
     # linear elements of equal length have the exact mode at their nodes
     shape = np.sin(np.pi / 2 * branch.nodes[:, 0])
     amplitude = 1e-3 * np.sqrt(0.8)
-    omega = 2 * np.pi * point.frequency
+    omega = 2 * np.pi * point.motion.frequency
     wanted = amplitude * np.outer(np.cos(PHASE), shape)
     np.testing.assert_allclose(branch.displacement(point, PHASE)[:, :, 0], wanted, atol=1e-12)
     wanted = -omega * amplitude * np.outer(np.sin(PHASE), shape)
@@ -60,10 +60,10 @@ def test_below_grazing_every_node_moves_as_the_linear_mode_of_a_rod(run: Run) ->
 def test_velocity_is_the_derivative_of_the_displacement(run: Run, changes: Any) -> None:
     branch = run(**changes)
     point = branch.point(1.1)
-    assert point.force.max() > 0
+    assert point.motion.force.max() > 0
     step = 1e-5
     change = branch.displacement(point, PHASE + step) - branch.displacement(point, PHASE - step)
-    rate = 2 * np.pi * point.frequency * change / (2 * step)
+    rate = 2 * np.pi * point.motion.frequency * change / (2 * step)
     velocity = branch.velocity(point, PHASE)
     # between two phases at which contact begins or ends
     np.testing.assert_allclose(velocity, rate, atol=1e-5 * np.abs(velocity).max())

@@ -14,7 +14,7 @@ from scipy import sparse
 from scipy.io import savemat
 
 from fenics_nnm.errors import ModelError
-from fenics_nnm.reduction.matrix_files import read_matrix
+from fenics_nnm.structure.matrix_files import read_matrix
 
 
 def refused(path: Path) -> str:

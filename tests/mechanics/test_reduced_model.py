@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics import model as model_module
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.massless import massless_model
 
@@ -88,15 +92,32 @@ def test_a_mode_that_does_not_reach_the_obstacle_is_named() -> None:
 
 def test_modes_that_span_the_contact_points_leave_no_flexibility() -> None:
     omega, Phi = np.array([1.0, 2.0]), np.array([[1.0, 1.0]])
-    with pytest.raises(ModelError, match=r"fewer reduction\.modes or fewer contact points"):
+    with pytest.raises(ModelError, match="fewer modes or fewer contact points"):
         massless_model(omega, Phi, np.array([[1.25]]), np.array([1.0]))
 
 
 def test_modes_that_all_but_span_the_contact_points_are_refused() -> None:
     omega, Phi = np.array([1.0, 2.0]), np.array([[1.0, 1.0], [0.3, 0.9]])
     modal = (Phi / omega) @ (Phi / omega).T
-    words = r"leave contact points 1\.0e-08 of their static .* use fewer reduction\.modes"
+    words = r"leave contact points 1\.0e-08 of their static .* use fewer modes"
     with pytest.raises(ModelError, match=words):
         massless_model(omega, Phi, modal / (1 - 1e-8), np.ones(2))
     kept = massless_model(omega, Phi, modal / (1 - 1e-5), np.ones(2))
     np.testing.assert_allclose(kept.R, 1e-5 * modal, rtol=1e-4)
+
+
+def test_points_without_mass_need_residual_flexibility() -> None:
+    with pytest.raises(ModelError, match="R is singular"):
+        ReducedModel([1.0], [[1.0], [1.0]], [[0.1, 0.1], [0.1, 0.1]], [1.0, 1.0])
+    massive = ReducedModel([1.0, 3.0], [[1.0, 0.5]], [[0.0]], [1.0], contact=MASSIVE)
+    assert not massive.massless and massive.with_modes([0]).massless
+
+
+def test_the_state_of_rest_is_computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+    compute = model_module.rest_state
+    monkeypatch.setattr(model_module, "rest_state", lambda m: calls.append(m) or compute(m))
+    model = ReducedModel([1.0, 3.3], [[1.0, 0.8]], [[0.05]], [1.0])
+    branch = follow(model, EnergyContinuation(0.9, 1.6, 0.05), HarmonicBalance(8, 64), mode=0)
+    assert len(branch.points) == 15
+    assert len(calls) == len({id(each) for each in calls}) <= 8  # the model, scaled, 6 levels

@@ -18,13 +18,14 @@ from scipy.linalg import eigh
 from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.follow import (
     ArcContinuation,
-    Continuation,
     EnergyContinuation,
     FrequencyContinuation,
+    Wanted,
     follow,
 )
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.massless import massless_model
 from fenics_nnm.results import branch_file
@@ -63,9 +64,7 @@ def chain(gap: list[float], modes: int = 3, **reference: float) -> ReducedModel:
     return replace(model, **reference)
 
 
-def branch(
-    model: ReducedModel, wanted: Continuation, N: int = 9, m: int = 256, **other: Any
-) -> Branch:
+def branch(model: ReducedModel, wanted: Wanted, N: int = 9, m: int = 256, **other: Any) -> Branch:
     found = follow(model, wanted, HarmonicBalance(N, m, **other), mode=0)
     assert found.complete, found.reason
     return found
@@ -133,18 +132,18 @@ def test_levels_keep_rest_and_frequency() -> None:
     ],
     ids=["energy", "frequency", "arc-length"],
 )
-def test_preloaded_oscillator_softens_as_the_closed_form(wanted: Continuation) -> None:
+def test_preloaded_oscillator_softens_as_the_closed_form(wanted: Wanted) -> None:
     gap = -0.01
     points = branch(oscillator(gap), wanted, 9, 512).points
     closed = np.sqrt(SPRING + STOP) / (2 * np.pi)
     assert len([point for point in points if point.gamma_ratio > 1]) >= 5
     for point in points:
-        exact = closed if point.gamma_ratio <= 1 else exact_frequency(point.energy, gap)
-        assert point.frequency == pytest.approx(exact, rel=1e-5)
-        assert point.frequency_ratio == pytest.approx(point.frequency / closed)
-        assert point.virial_error < 1e-9 and point.status == "verified"
+        exact = closed if point.gamma_ratio <= 1 else exact_frequency(point.motion.energy, gap)
+        assert point.motion.frequency == pytest.approx(exact, rel=1e-5)
+        assert point.frequency_ratio == pytest.approx(point.motion.frequency / closed)
+        assert point.balance.virial_error < 1e-9 and point.status == "verified"
     falling = [
-        p.frequency for p in sorted(points, key=lambda p: p.gamma_ratio) if p.gamma_ratio > 1
+        p.motion.frequency for p in sorted(points, key=lambda p: p.gamma_ratio) if p.gamma_ratio > 1
     ]
     assert np.all(np.diff(falling) < 0)
 
@@ -153,8 +152,8 @@ def test_general_series_gives_the_same_preloaded_motions() -> None:
     wanted = EnergyContinuation(0.8, 4.0, 0.8)
     one, other = (branch(oscillator(-0.01), wanted, general=g).points for g in (False, True))
     for point, general in zip(one, other, strict=True):
-        assert point.frequency == pytest.approx(general.frequency, rel=1e-8)
-        assert point.energy == pytest.approx(general.energy, rel=1e-7)
+        assert point.motion.frequency == pytest.approx(general.motion.frequency, rel=1e-8)
+        assert point.motion.energy == pytest.approx(general.motion.energy, rel=1e-7)
 
 
 def test_energy_of_lift_off() -> None:
@@ -162,7 +161,7 @@ def test_energy_of_lift_off() -> None:
     gap = -0.01
     (_, last) = branch(oscillator(gap), EnergyContinuation(0.25, 1.0, 0.75)).points
     way = SPRING * abs(gap) / (SPRING + STOP)  # from rest to where the stop is without force
-    assert last.energy == pytest.approx((SPRING + STOP) * way**2 / 2, rel=1e-9)
+    assert last.motion.energy == pytest.approx((SPRING + STOP) * way**2 / 2, rel=1e-9)
 
 
 def test_oscillator_without_gap() -> None:
@@ -170,12 +169,12 @@ def test_oscillator_without_gap() -> None:
     points = branch(model, EnergyContinuation(0.1, 50, 10.0), 21, 1024).points
     exact = 1 / (np.pi / np.sqrt(SPRING) + np.pi / np.sqrt(SPRING + STOP))
     for point in points:
-        assert point.frequency == pytest.approx(exact, rel=1e-7)
-        assert point.rayleigh_frequency == pytest.approx(point.frequency, rel=1e-9)
-    assert np.ptp([point.frequency for point in points]) < 1e-8 * exact
+        assert point.motion.frequency == pytest.approx(exact, rel=1e-7)
+        assert point.motion.rayleigh_frequency == pytest.approx(point.motion.frequency, rel=1e-9)
+    assert np.ptp([point.motion.frequency for point in points]) < 1e-8 * exact
     # gamma ratio 1 is that of the free spring with the reference displacement
     unit = points[-1]
-    gamma = np.sum(np.arange(22) ** 2 * unit.q[:, 0] ** 2) / 4
+    gamma = np.sum(np.arange(22) ** 2 * unit.motion.q[:, 0] ** 2) / 4
     assert gamma / unit.gamma_ratio == pytest.approx(0.01**2 / 4, rel=1e-9)
 
 
@@ -183,7 +182,9 @@ def test_zero_gap_is_the_limit_of_large_energies() -> None:
     """A positive and a negative gap come to it from below and above."""
     limit = exact_frequency(1.0, 0.0)
     far = [
-        branch(oscillator(gap), EnergyContinuation(1000.0, 1100.0, 100.0)).points[0].frequency
+        branch(oscillator(gap), EnergyContinuation(1000.0, 1100.0, 100.0))
+        .points[0]
+        .motion.frequency
         for gap in (0.01, -0.01)
     ]
     assert far[0] < limit < far[1]
@@ -194,7 +195,7 @@ def test_arc_length_follows_motions_that_touch() -> None:
     model = oscillator(0.0, reference=0.01)
     points = branch(model, ArcContinuation(0.5, 2.0, 0.5)).points
     assert points[-1].gamma_ratio == pytest.approx(2.0)
-    assert np.ptp([p.frequency for p in points]) < 1e-8 * points[0].frequency
+    assert np.ptp([p.motion.frequency for p in points]) < 1e-8 * points[0].motion.frequency
 
 
 @pytest.mark.parametrize(
@@ -208,11 +209,11 @@ def test_two_stops_against_integration(gap: list[float], reference: float | None
     checked = 0
     for point in points:
         back = after_a_period(model, point, 15)
-        assert back.error == pytest.approx(point.return_error, abs=1e-4)
+        assert back.error == pytest.approx(point.returned.after_one, abs=1e-4)
         if point.status == "verified":
             exact = exact_motion(model, point, 15)
-            assert point.frequency == pytest.approx(exact.frequency, rel=1e-3)
-            checked += point.contact_fraction < 1
+            assert point.motion.frequency == pytest.approx(exact.frequency, rel=1e-3)
+            checked += point.motion.contact_fraction < 1
     assert checked >= 2
 
 
@@ -222,7 +223,7 @@ def test_rod_without_gap_bounces_with_its_period() -> None:
     model = replace(model, reference=1.0)
     points = branch(model, EnergyContinuation(0.5, 2.0, 0.5), 8, 512).points
     for point in points:
-        assert point.frequency == pytest.approx(1 / 3, rel=2e-5)
+        assert point.motion.frequency == pytest.approx(1 / 3, rel=2e-5)
 
 
 def test_pressed_rod_has_the_frequency_of_the_clamped_one() -> None:
@@ -232,15 +233,15 @@ def test_pressed_rod_has_the_frequency_of_the_clamped_one() -> None:
     assert model.at_rest().omega[:2] == pytest.approx(np.pi * np.array([1, 2]), rel=2e-4)
     wanted = EnergyContinuation(0.9, 20.0, 20.0, report_at=(14.0, 17.0))
     points = {p.gamma_ratio: p for p in branch(model, wanted, 8).points}
-    assert points[0.9].frequency == pytest.approx(0.5, rel=1e-4)
+    assert points[0.9].motion.frequency == pytest.approx(0.5, rel=1e-4)
     for ratio in (17.0, 20.0):
-        exact = 1 / (3 - 1 / np.sqrt(1 + 2 * points[ratio].energy))
-        assert points[ratio].frequency == pytest.approx(exact, rel=5e-4)
+        exact = 1 / (3 - 1 / np.sqrt(1 + 2 * points[ratio].motion.energy))
+        assert points[ratio].motion.frequency == pytest.approx(exact, rel=5e-4)
 
 
 def test_points_with_mass_need_positive_gaps() -> None:
-    model = ReducedModel([1.0], [[1.0]], [[0.0]], [-0.1])
-    with pytest.raises(ModelError, match=r"contact.gap = -0.1: must be positive where contact"):
+    model = ReducedModel([1.0], [[1.0]], [[0.0]], [-0.1], contact=MASSIVE)
+    with pytest.raises(ModelError, match=r"gap = -0.1: must be positive where contact"):
         branch(model, EnergyContinuation(0.5, 2.0, 0.5))
 
 
@@ -264,7 +265,9 @@ def test_a_study_of_a_pressed_rod(study_file: StudyFile, command: Command, tmp_p
     assert summary["at_rest"]["contact_force_N"] == pytest.approx(force, rel=1e-9)
     _, points = branch_file.read(tmp_path / "out/branch.h5")
     assert points[-1].status == "verified"
-    assert points[-1].frequency == pytest.approx(summary["linear_frequencies_Hz"][0], rel=1e-9)
+    assert points[-1].motion.frequency == pytest.approx(
+        summary["linear_frequencies_Hz"][0], rel=1e-9
+    )
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,14 @@ from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
+from fenics_nnm.nonlinear import equations as module
 from fenics_nnm.nonlinear import newton
-from fenics_nnm.nonlinear.condensed import Border, condensed_solution, pays
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, Newton, Unknowns
+from fenics_nnm.nonlinear.border import Border
+from fenics_nnm.nonlinear.condensed import condensed_solution, pays
+from fenics_nnm.nonlinear.conditions import FixedEnergy
+from fenics_nnm.nonlinear.equations import HarmonicEquations, harmonic_equations
+from fenics_nnm.nonlinear.newton import Newton
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 MODES, POINTS = 12, 6
 
@@ -37,10 +41,10 @@ def blade(seed: int) -> ReducedModel:
 def equations_of(series: Series, seed: int, *, spring: bool = False) -> HarmonicEquations:
     model = blade(seed)
     if not spring:
-        return HarmonicEquations(model, series, Complementarity(model.R, model.gap))
+        return harmonic_equations(model, series, Complementarity(model.R, model.gap))
     shape = (len(series.phase), POINTS)
     kappa = np.random.default_rng(seed).uniform(20.0, 60.0, shape)
-    return HarmonicEquations(model, series, AugmentedLagrangian(model.gap, kappa, 0.01 / kappa))
+    return harmonic_equations(model, series, AugmentedLagrangian(model.gap, kappa, 0.01 / kappa))
 
 
 def motion_of(equations: HarmonicEquations, seed: int, amplitude: float) -> Array:
@@ -61,7 +65,8 @@ def test_condensed_solution_is_that_of_the_full_jacobian(
     of_cosines = [] if drift else [CosineSeries(7, 33), CosineSeries(9, 64)]
     for series in (*of_cosines, FourierSeries(7, 33), FourierSeries(6, 40)):
         equations = equations_of(series, seed, spring=spring)
-        forces = equations.forces(motion_of(equations, seed, 1.4), omega)
+        at = Unknowns.of(motion_of(equations, seed, 1.4), omega, drift)
+        forces = equations.forces(at)
         assert 10 < np.count_nonzero(forces.used)
         more = 2 if series.free_phase else 1
         border = Border(
@@ -73,13 +78,14 @@ def test_condensed_solution_is_that_of_the_full_jacobian(
         )
         full = np.block(
             [
-                [equations.jacobian(omega, forces, drift), border.columns.reshape(more, -1).T],
+                [equations.jacobian(at, forces), border.columns.reshape(more, -1).T],
                 [border.rows.reshape(more, -1), border.corner],
             ]
         )
         right = np.concatenate([border.right.ravel(), border.below])
         expected = np.linalg.solve(full, right)
-        found = condensed_solution(equations, omega, forces, border, drift)
+        model = equations.model
+        found = condensed_solution(equations.linear(at), series, model.Phi, forces, border)
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
 
 
@@ -88,12 +94,12 @@ def test_newton_takes_the_same_way_with_and_without_condensation(
     series: Series, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     equations = equations_of(series, 1)
-    q = motion_of(equations, 1, 1.1)
+    guess = Unknowns.of(motion_of(equations, 1, 1.1), 1.02)
     target = FixedEnergy(0.3)
-    assert pays(equations, equations.forces(q, 1.02))
-    short = newton.solve(equations, target, q, 1.02)
-    monkeypatch.setattr(newton, "pays", lambda *ignored: False)
-    long = newton.solve(equations, target, q, 1.02)
+    assert pays(equations.forces(guess), guess.q.size)
+    short = newton.solve(equations, target, guess)
+    monkeypatch.setattr(module, "pays", lambda *ignored: False)
+    long = newton.solve(equations, target, guess)
     assert short.converged and long.converged and short.iterations == long.iterations > 2
     assert short.omega == pytest.approx(long.omega, rel=1e-12)
     np.testing.assert_allclose(short.q, long.q, atol=1e-10)
@@ -104,14 +110,14 @@ def test_a_step_that_no_contact_determines_is_refused() -> None:
     equations = equations_of(CosineSeries(7, 33), 0)
     q = np.zeros(equations.shape)
     q[1, 0] = 0.1
+    at = Unknowns.of(q, 1.0)
     found = newton.bordered_solution(
         equations,
-        FixedEnergy(equations.gamma(q, 1.0)),
-        Unknowns(q, 1.0),
-        equations.forces(q, 1.0),
-        np.empty(0),
+        [FixedEnergy(equations.energy.gamma(at))],
+        at,
+        equations.forces(at),
         np.ones_like(q),
-        0.0,
+        np.zeros(1),
     )
     assert found is None
 
@@ -130,8 +136,8 @@ def test_forces_found_from_those_nearby_are_the_same() -> None:
 
 def test_iterations_that_do_not_converge_tell_so_when_condensed() -> None:
     equations = equations_of(CosineSeries(10, 64), 1)
-    q = motion_of(equations, 1, 1.1)
-    found = newton.solve(equations, FixedEnergy(0.3), q, 1.02, options=Newton(iterations=1))
+    guess = Unknowns.of(motion_of(equations, 1, 1.1), 1.02)
+    found = newton.solve(equations, FixedEnergy(0.3), guess, options=Newton(iterations=1))
     assert not found.converged
     assert "1 Newton step" in found.failure
     assert replace(found, failure="").converged

@@ -9,8 +9,10 @@ from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import FixedEnergy, solve
+from fenics_nnm.nonlinear.conditions import FixedEnergy
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import solve
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 MODEL = ReducedModel(
     omega=[1.0, 2.62, 6.31],
@@ -30,11 +32,13 @@ def branch(*, general: bool) -> Branch:
 def test_frequencies_and_energies_agree() -> None:
     pairs = zip(branch(general=True).points, branch(general=False).points, strict=True)
     for general, reversible in pairs:
-        assert general.frequency == pytest.approx(reversible.frequency, rel=1e-8)
-        assert general.energy == pytest.approx(reversible.energy, rel=1e-8)
-        assert general.penetration == pytest.approx(reversible.penetration, abs=1e-8)
-        assert general.contact_fraction == pytest.approx(reversible.contact_fraction)
-        assert general.return_error == pytest.approx(reversible.return_error, abs=1e-6)
+        assert general.motion.frequency == pytest.approx(reversible.motion.frequency, rel=1e-8)
+        assert general.motion.energy == pytest.approx(reversible.motion.energy, rel=1e-8)
+        assert general.balance.penetration == pytest.approx(
+            reversible.balance.penetration, abs=1e-8
+        )
+        assert general.motion.contact_fraction == pytest.approx(reversible.motion.contact_fraction)
+        assert general.returned.after_one == pytest.approx(reversible.returned.after_one, abs=1e-6)
 
 
 def shifted(series: FourierSeries, q: Array, phase: float) -> Array:
@@ -47,12 +51,13 @@ def test_motion_is_time_reversible_though_nothing_assumed_it() -> None:
     point = branch(general=False).points[-1]
     scaled, scales = MODEL.dimensionless()
     series = FourierSeries(8, 64)
-    equations = HarmonicEquations(scaled, series, Complementarity(scaled.R, scaled.gap))
-    start = np.vstack([point.q / scales.amplitude, np.zeros((8, 3))])
+    equations = harmonic_equations(scaled, series, Complementarity(scaled.R, scaled.gap))
+    start = np.vstack([point.motion.q / scales.amplitude, np.zeros((8, 3))])
     guess = shifted(series, start, 2 * np.pi / 64 * 3)
     guess += 1e-3 * np.random.default_rng(3).normal(size=guess.shape)
-    gamma = equations.gamma(start, point.frequency_ratio)
-    solution = solve(equations, FixedEnergy(gamma), guess, point.frequency_ratio)
+    at = Unknowns.of(start, point.frequency_ratio)
+    gamma = equations.energy.gamma(at)
+    solution = solve(equations, FixedEnergy(gamma), Unknowns.of(guess, point.frequency_ratio))
     assert solution.converged
     assert solution.omega == pytest.approx(point.frequency_ratio, rel=2e-4)
     # shift back so that the followed mode has no first sine: all sines are small then
@@ -87,20 +92,18 @@ def test_analysis_undoes_synthesis_and_truncation_keeps_cosines_and_sines() -> N
 
 def test_jacobian_with_drift_against_differences() -> None:
     scaled, _ = MODEL.dimensionless()
-    equations = HarmonicEquations(
+    equations = harmonic_equations(
         scaled, FourierSeries(3, 24), Complementarity(scaled.R, scaled.gap)
     )
     q = 0.5 * np.random.default_rng(4).normal(size=equations.shape)
     omega, drift, step = 1.1, 0.3, 1e-7
-    jacobian = equations.jacobian(omega, equations.forces(q, omega), drift)
-    assert len(equations.forces(q, omega).samples) > 3
+    at = Unknowns.of(q, omega, drift)
+    jacobian = equations.jacobian(at, equations.forces(at))
+    assert len(equations.forces(at).samples) > 3
     for column in range(q.size):
         change = np.zeros(q.size)
         change[column] = step
-        ends = [q + sign * change.reshape(q.shape) for sign in (1, -1)]
-        ahead, behind = (
-            equations.residual(end, omega, equations.forces(end, omega), drift).ravel()
-            for end in ends
-        )
+        ends = [Unknowns.of(q + s * change.reshape(q.shape), omega, drift) for s in (1, -1)]
+        ahead, behind = (equations.residual(end, equations.forces(end)).ravel() for end in ends)
         difference = (ahead - behind) / (2 * step)
         assert np.abs(jacobian[:, column] - difference).max() < 1e-6 * np.abs(jacobian).max()

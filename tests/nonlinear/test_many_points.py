@@ -91,7 +91,7 @@ def test_thirty_points_touch_at_once(
 ) -> None:
     for _, analysis, branch in runs.values():
         assert analysis.interface.count == 33
-        assert (branch.points[-1].force > 0).sum(axis=1).max() >= 30
+        assert (branch.points[-1].motion.force > 0).sum(axis=1).max() >= 30
 
 
 def test_methods_agree(runs: dict[str, tuple[Study, LinearAnalysis, Branch]]) -> None:
@@ -178,6 +178,6 @@ def test_plate_without_lateral_contraction_moves_as_the_exact_rod() -> None:
     for point in branch.points:
         exact = float(frequency_ratio(point.gamma_ratio))
         assert point.frequency_ratio == pytest.approx(exact, rel=5e-3)
-        pressure = point.force / analysis.interface.areas
+        pressure = point.motion.force / analysis.interface.areas
         assert (pressure > 0).sum(axis=1).max() == 31
         assert np.ptp(pressure, axis=1).max() < 1e-6 * pressure.max()

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.follow import EnergyContinuation, FullOrder, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.series_error import HOLDS
 from fenics_nnm.reduction.flexibility import ResidualFlexibility
@@ -31,7 +32,7 @@ def beyond_grazing(
 
 
 def frequencies(points: list[BranchPoint]) -> Array:
-    return np.array([point.frequency for point in points])
+    return np.array([point.motion.frequency for point in points])
 
 
 @pytest.mark.parametrize(
@@ -45,9 +46,9 @@ def test_prediction_is_the_change_to_a_finer_series(
     fine = frequencies(beyond_grazing(model, 3 * harmonics, 4 * samples))
     by_samples = frequencies(coarse) / dense - 1
     by_harmonics = dense / fine - 1
-    assert max(point.error_remainder for point in coarse) < HOLDS
-    _assert_near([point.samples_error for point in coarse], by_samples)
-    _assert_near([point.harmonics_error for point in coarse], by_harmonics)
+    assert max(point.expected.series.remainder for point in coarse) < HOLDS
+    _assert_near([point.expected.series.samples for point in coarse], by_samples)
+    _assert_near([point.expected.series.harmonics for point in coarse], by_harmonics)
 
 
 def _assert_near(predicted: list[float], true: Array) -> None:
@@ -60,20 +61,28 @@ def test_general_series_has_the_errors_of_the_time_reversible_one() -> None:
     reversible = beyond_grazing(THREE, 5, 64)
     general = beyond_grazing(THREE, 5, 64, general=True)
     for one, other in zip(reversible, general, strict=True):
-        assert one.harmonics_error == pytest.approx(other.harmonics_error, rel=1e-6)
-        assert one.samples_error == pytest.approx(other.samples_error, rel=1e-6)
-        assert one.error_remainder == pytest.approx(other.error_remainder, rel=1e-4)
+        assert one.expected.series.harmonics == pytest.approx(
+            other.expected.series.harmonics, rel=1e-6
+        )
+        assert one.expected.series.samples == pytest.approx(other.expected.series.samples, rel=1e-6)
+        assert one.expected.series.remainder == pytest.approx(
+            other.expected.series.remainder, rel=1e-4
+        )
 
 
 def test_no_error_without_contact_and_none_known_of_points_with_mass() -> None:
     below = follow(THREE, EnergyContinuation(0.8, 0.9, 0.1), HarmonicBalance(5, 64), mode=0)
     for point in below.points:
-        assert (point.harmonics_error, point.samples_error, point.error_remainder) == (0, 0, 0)
-    carrying = ReducedModel(THREE.omega, THREE.Phi[:1], [[0.0]], THREE.gap[:1])
+        assert (
+            point.expected.series.harmonics,
+            point.expected.series.samples,
+            point.expected.series.remainder,
+        ) == (0, 0, 0)
+    carrying = ReducedModel(THREE.omega, THREE.Phi[:1], [[0.0]], THREE.gap[:1], contact=MASSIVE)
     found = follow(carrying, EnergyContinuation(0.8, 1.2, 0.4), HarmonicBalance(3, 64), mode=0)
     assert found.points
     for point in found.points:
-        assert np.isnan([point.harmonics_error, point.samples_error]).all()
+        assert point.expected.series is None
 
 
 def test_at_full_order() -> None:
@@ -89,8 +98,10 @@ def test_at_full_order() -> None:
 
         energies = EnergyContinuation(1.02, 1.92, 0.3)
         balance = HarmonicBalance(harmonics, samples)
-        return list(follow(THREE, energies, balance, mode=0, flexibility=source).points)
+        return list(follow(THREE, energies, balance, mode=0, order=FullOrder(source)).points)
 
     coarse, fine = points(8, 64), points(16, 256)
     true = frequencies(coarse) / frequencies(fine) - 1
-    _assert_near([point.harmonics_error + point.samples_error for point in coarse], true)
+    _assert_near(
+        [point.expected.series.harmonics + point.expected.series.samples for point in coarse], true
+    )

@@ -14,13 +14,14 @@ from fenics_nnm.casing import Cone, Frame, LobedRadius, Plane, RadialSurface, Re
 from fenics_nnm.fem.mesh_groups import gathered_groups
 from fenics_nnm.output.pictures.body import factor_for, plan_mesh
 from fenics_nnm.output.pictures.casing_sheet import casing_layers
-from fenics_nnm.output.pictures.groups import casings_of, roles_of, seen_areas
+from fenics_nnm.output.pictures.groups import seen_areas
 from fenics_nnm.output.pictures.panels import round_below
 from fenics_nnm.output.pictures.renderer import render
 from fenics_nnm.output.pictures.scene import PLANE, Arrows, Balls, Camera, Faces, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import best_view, skin_around
 from fenics_nnm.results.stored_branch import read_stored_branch
-from fenics_nnm.structure.analysis import tagged_mesh
+from fenics_nnm.structure.mesh_structure import MeshStructure
+from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.study import read_study, study_from
 
 #: The beam of tetrahedra.
@@ -160,7 +161,7 @@ def test_gathered_groups_have_the_area_of_the_body(base: dict, measures: dict) -
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
         away = corners.mean(axis=1) - groups.nodes.mean(axis=0)
         assert np.all(np.sum(normals * away, axis=1) > 0)
-    assert roles_of(parsed) == {"left": "clamped", "right": "contact"}
+    assert MeshStructure(parsed).outline.roles == {"left": "clamped", "right": "contact"}
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -269,7 +270,7 @@ def test_check_draws_the_casing(
     told = command("check", path, "--picture", tmp_path / "mesh.svg")
     assert told.code == 0, told.err
     parsed = read_study(path)
-    assert list(casings_of(parsed)) == [0]
+    assert list(MeshStructure(parsed).outline.casings) == [0]
     command("check", path, "--picture", tmp_path / "mesh.png")
     with Image.open(tmp_path / "mesh.png") as image:
         pixels = np.asarray(image.convert("RGB"), dtype=float)

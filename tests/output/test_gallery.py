@@ -13,6 +13,7 @@ import pytest
 from conftest import PLATE, ROD, Ended, changed, toml
 from PIL import Image
 
+from fenics_nnm.backbone.point import FloquetStability
 from fenics_nnm.cli import main
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.model import ReducedModel
@@ -179,7 +180,7 @@ def test_contact_displacement_is_that_of_the_mesh(plate: Path) -> None:
     body, phase = results.body, np.linspace(0, 6, 13)
     assert body is not None
     point = results.points[-1]
-    assert point.force.max() > 0
+    assert point.motion.force.max() > 0
     wanted = body.displacement(point, phase, body.contact_nodes)
     wanted = np.einsum("tcd,cd->tc", wanted, body.contact_directions)
     np.testing.assert_allclose(results.contact_displacement(point, phase), wanted, atol=1e-12)
@@ -198,8 +199,8 @@ def test_multipliers_have_their_places_and_far_ones_their_directions(rod: Path) 
     known = np.array([4j, -0.25j, np.exp(0.5j), np.exp(-0.5j)])
     results = read_results(rod)
     first, second, *_ = results.points
-    none = np.empty(0, dtype=complex)
-    points = (replace(first, multipliers=known), replace(second, multipliers=none))
+    stability = FloquetStability("unstable", 4.0, known)
+    points = (replace(first, stability=stability), replace(second, stability=None))
     plane, _ = multiplier_plots(replace(results, points=points))
     axes, bar = plane.figure.axes
     on, off, beyond = (each.get_offsets() for each in axes.collections)
@@ -212,9 +213,8 @@ def test_multipliers_have_their_places_and_far_ones_their_directions(rod: Path) 
     assert bar.get_ylabel() == "gamma ratio  (1)"
     assert "moduli from 4 to 4" in plane.caption
     assert "Not known at 1 of 2 points." in plane.caption
-    nothing = [replace(point, multipliers=none) for point in points]
-    (largest,) = multiplier_plots(replace(results, points=tuple(nothing)))
-    assert largest.name == "multipliers"
+    nothing = tuple(replace(point, stability=None) for point in points)
+    assert multiplier_plots(replace(results, points=nothing)) == []
 
 
 def test_parts_have_different_colours() -> None:
@@ -227,13 +227,13 @@ def test_shares_are_those_of_the_velocities_in_time(plate: Path) -> None:
     results = read_results(plate)
     point, samples = results.points[-1], 64
     phase = 2 * np.pi * np.arange(samples) / samples
-    spectrum = np.abs(np.fft.rfft(results.series.rate_at(phase) @ point.q, axis=0)) ** 2
+    spectrum = np.abs(np.fft.rfft(results.series.rate_at(phase) @ point.motion.q, axis=0)) ** 2
     wanted = spectrum / spectrum.sum()
-    harmonics = harmonic_shares(results.series, point.q)
+    harmonics = harmonic_shares(results.series, point.motion.q)
     assert harmonics.sum() == pytest.approx(1)
     assert 1e-9 < harmonics[2] < 0.5
     np.testing.assert_allclose(harmonics, wanted.sum(axis=1)[: len(harmonics)], atol=1e-12)
-    modes = kinetic_shares(results.series, point.q)
+    modes = kinetic_shares(results.series, point.motion.q)
     np.testing.assert_allclose(modes, wanted.sum(axis=0), atol=1e-12)
 
 
@@ -242,7 +242,7 @@ def test_pressures_add_up_to_the_forces_of_the_point(plate: Path) -> None:
     point, areas = results.points[-1], results.areas
     assert areas is not None and areas.sum() == pytest.approx(0.25 * 0.01)
     total = contact_pressure(results, point, results.series.phase) @ areas
-    np.testing.assert_allclose(total, point.force.sum(axis=1), rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(total, point.motion.force.sum(axis=1), rtol=1e-9, atol=1e-6)
     order, along = contact_order(results)
     assert along == "along y"
     assert results.body is not None
@@ -252,7 +252,9 @@ def test_pressures_add_up_to_the_forces_of_the_point(plate: Path) -> None:
 def test_duration_is_that_of_the_table(plate: Path) -> None:
     results = read_results(plate)
     anywhere, mean, busiest = touching_shares(results)
-    np.testing.assert_array_equal(anywhere, [point.contact_fraction for point in results.points])
+    np.testing.assert_array_equal(
+        anywhere, [point.motion.contact_fraction for point in results.points]
+    )
     assert np.all(mean <= busiest) and np.all(busiest <= anywhere + 1e-12)
     assert anywhere[-1] > 0
 
@@ -263,10 +265,10 @@ def test_middle_of_contact_is_found_wherever_the_phase_begins(shift: float) -> N
     force = np.maximum(np.cos(series.phase - shift) - 0.5, 0)[:, None]
     model = ReducedModel(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones(1))
     header = BranchHeader("", {}, 1, 3, 128, 1, "general", model)
-    point = Mock(force=force)
+    point = Mock(motion=Mock(force=force))
     results = Results(header, (point,), {}, None, None)
     assert results.middle(point) == pytest.approx(shift, abs=1e-3)
-    twice = Mock(force=force + np.roll(force, 64, axis=0))
+    twice = Mock(motion=Mock(force=force + np.roll(force, 64, axis=0)))
     assert results.middle(twice) == 0.0
 
 

@@ -192,6 +192,14 @@ def test_words_have_the_numbers_of_the_summary(plate: Path, page: Element) -> No
         assert version in section(page, "versions").text
 
 
+def test_stable_points_are_counted_as_the_table_has_them(plate: Path, page: Element) -> None:
+    kinds = [row["stability"] for row in records(plate)]
+    known, stable = sum(map(bool, kinds)), kinds.count("stable")
+    which = "all of them are" if stable == known else f"{stable} are"
+    assert stable > 1
+    assert f"Stability is known of {known}: {which} stable." in section(page, "overview").text
+
+
 def test_forces_are_those_of_the_branch(plate: Path, page: Element) -> None:
     import h5py
 

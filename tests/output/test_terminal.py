@@ -13,15 +13,28 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import PLATE, Ended
+from ranks import on_ranks, own_lines
 from rich.console import Console
-from test_mpi import on_ranks, own_lines
 
-import fenics_nnm.run
 from fenics_nnm.backbone.follow import Branch
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import CONVERGED, FAILED, STATUSES, WITH_MASS
+from fenics_nnm.backbone.point import (
+    CONVERGED,
+    FAILED,
+    FREQUENCY_RATIO,
+    GAMMA_RATIO,
+    STATUSES,
+    Balance,
+    BranchPoint,
+    ContinuationNotes,
+    ExpectedErrors,
+    Return,
+    Verdict,
+)
+from fenics_nnm.backbone.verdict import WITH_MASS
 from fenics_nnm.commands.run import result_table
+from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.run import RunResult
+from fenics_nnm.running.trust import warn_of_points
 from fenics_nnm.study import read_study
 
 StudyFile = Callable[..., Path]
@@ -29,42 +42,21 @@ Command = Callable[..., Ended]
 
 POINT = BranchPoint(
     position=1.0625,
-    gamma_ratio=1.0625,
-    frequency=123456.789,
-    frequency_ratio=1.123456,
-    rayleigh_frequency=1.0,
-    energy=1.0,
-    residual=0.0,
-    penetration=0.0,
-    tension=0.0,
-    complementarity=0.0,
-    reduction_residual=0.0,
-    reduction_error=0.0,
-    virial_error=0.0,
-    energy_variation=0.0,
-    contact_fraction=0.0,
-    iterations=3,
-    status=FAILED,
-    reason="after one period the motion misses its start by 50%",
-    resonance="",
-    skipped="",
-    event="",
-    slope_ratio=0.5,
-    return_error=0.5,
-    return_error_10=1.0,
-    energy_drift=0.0,
-    shot_frequency=float("nan"),
-    shot_distance=float("nan"),
-    shot_return_error=float("nan"),
-    largest_multiplier=float("nan"),
-    stability="",
-    harmonics_error=0.0,
-    samples_error=0.0,
-    error_remainder=0.0,
-    q=np.zeros((2, 1)),
-    force=np.zeros((3, 1)),
-    free=np.zeros((2, 1)),
-    multipliers=np.empty(0, dtype=complex),
+    at={GAMMA_RATIO: 1.0625, FREQUENCY_RATIO: 1.123456},
+    motion=Motion(
+        q=np.zeros((2, 1)),
+        force=np.zeros((3, 1)),
+        free=np.zeros((2, 1)),
+        frequency=123456.789,
+        rayleigh_frequency=1.0,
+        energy=1.0,
+        contact_fraction=0.0,
+    ),
+    balance=Balance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    expected=ExpectedErrors(reduction=None, series=None),
+    notes=ContinuationNotes(iterations=3, slope_ratio=0.5),
+    returned=Return(0.5, 1.0, 0.0),
+    verdict=Verdict(FAILED, "after one period the motion misses its start by 50%"),
 )
 
 
@@ -73,7 +65,7 @@ def branch_of(*points: BranchPoint) -> Branch:
 
 
 def test_table_fits_on_a_narrow_terminal(study_file: StudyFile, tmp_path: Path) -> None:
-    points = [replace(POINT, status=status) for status in STATUSES]
+    points = [replace(POINT, verdict=Verdict(status)) for status in STATUSES]
     result = RunResult(tmp_path, branch_of(*points), {})
     text = io.StringIO()
     Console(file=text, width=60).print(result_table(result, read_study(study_file())))
@@ -87,13 +79,18 @@ def test_table_fits_on_a_narrow_terminal(study_file: StudyFile, tmp_path: Path) 
 
 def warned(caplog: pytest.LogCaptureFixture, *points: BranchPoint) -> str:
     caplog.clear()
-    fenics_nnm.run._warn(branch_of(*points))
+    warn_of_points(branch_of(*points))
     (message,) = caplog.messages
     return message
 
 
 def test_failed_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
-    worse = replace(POINT, gamma_ratio=2.0, return_error=0.75, reason="misses its start by 75%")
+    worse = replace(
+        POINT,
+        at={**POINT.at, GAMMA_RATIO: 2.0},
+        returned=Return(0.75, 1.0, 0.0),
+        verdict=Verdict(FAILED, "misses its start by 75%"),
+    )
     message = warned(caplog, POINT, worse)
     assert "2 of 2 points failed the check in time: at gamma ratio 2 misses its start by 75%" in (
         message
@@ -101,8 +98,8 @@ def test_failed_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
 
 
 def test_points_without_a_check_in_time_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
-    massive = replace(POINT, return_error=np.nan, status=CONVERGED, reason=WITH_MASS)
-    message = warned(caplog, massive, replace(massive, gamma_ratio=2.0))
+    massive = replace(POINT, returned=None, verdict=Verdict(CONVERGED, WITH_MASS))
+    message = warned(caplog, massive, replace(massive, at={**POINT.at, GAMMA_RATIO: 2.0}))
     assert "2 of 2 points solve their equations, but are not verified in time: contact" in message
     assert "nan" not in message
 

@@ -12,7 +12,7 @@ import pytest
 import small_meshes
 from conftest import BEAM, PLATE, Ended
 from fork_mesh import fork, fork_study
-from ranks import SAME_FIELD, field_differences, on_ranks, rows
+from ranks import SAME_FIELD, field_differences, on_ranks, own_lines, rows
 
 from fenics_nnm.results import branch_file
 
@@ -22,8 +22,8 @@ Command = Callable[..., Ended]
 FAILING = """
 import sys
 from mpi4py import MPI
-import fenics_nnm.output.mesh_report
-import fenics_nnm.run
+import fenics_nnm.running.publishing
+import fenics_nnm.structure.mesh_structure
 from fenics_nnm.cli import main
 from fenics_nnm.errors import StudyError
 
@@ -41,18 +41,13 @@ import sys
 from pathlib import Path
 from mpi4py import MPI
 from fenics_nnm.structure.meshing import tagged_mesh
-from fenics_nnm.output.group_table import group_table
+from fenics_nnm.structure.group_table import group_table
 from fenics_nnm.study import read_study
 
 text = group_table(tagged_mesh(read_study(Path(sys.argv[1])), MPI.COMM_WORLD))
 if MPI.COMM_WORLD.rank == 0:
     print("\\n".join(text))
 """
-
-
-def own_lines(ended: Ended) -> list[str]:
-    """Lines of the program among those of mpirun."""
-    return [line for line in ended.err.splitlines() if "fenics-nnm: " in line]
 
 
 def failing_script(folder: Path, **values: Any) -> Path:
@@ -123,8 +118,8 @@ def test_two_ranks_have_the_same_patches(
     one, two = (branch_file.read(tmp_path / name / "branch.h5") for name in ("one", "two"))
     np.testing.assert_allclose(two[0].model.R, one[0].model.R, rtol=1e-9)
     np.testing.assert_allclose(np.abs(two[0].model.Phi), np.abs(one[0].model.Phi), atol=1e-7)
-    assert [point.frequency for point in two[1]] == pytest.approx(
-        [point.frequency for point in one[1]], rel=1e-8
+    assert [point.motion.frequency for point in two[1]] == pytest.approx(
+        [point.motion.frequency for point in one[1]], rel=1e-8
     )
     with h5py.File(tmp_path / "one/branch.h5") as a, h5py.File(tmp_path / "two/branch.h5") as b:
         for name in ("points", "directions", "areas", "patches", "patch_names"):
@@ -201,8 +196,8 @@ def test_picked_groups_are_the_same(study_file: StudyFile, tmp_path: Path) -> No
     "name",
     [
         "resolution.auto.linear_analysis",
-        "output.mesh_report.gathered_basis",
-        "output.mesh_report.write_linear_modes",
+        "structure.mesh_structure.gathered_basis",
+        "running.publishing.write_linear_modes",
     ],
 )
 def test_failure_of_one_rank_ends_all(
@@ -244,7 +239,7 @@ def assert_ends_all(
 def test_failure_of_all_ranks_is_told_once(study_file: StudyFile, tmp_path: Path) -> None:
     error = 'ZeroDivisionError("by zero")'
     script = failing_script(
-        tmp_path, name="output.mesh_report.write_linear_modes", error=error, ranks=[0, 1]
+        tmp_path, name="running.publishing.write_linear_modes", error=error, ranks=[0, 1]
     )
     ended = on_ranks(2, script, "run", study_file(PLATE), "--output", "out", folder=tmp_path)
     assert ended.code == 1, ended.err

@@ -190,8 +190,8 @@ BAD = {
     "contact row 2 is zero": {"B": [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]},
     "contact rows 1 and 3 are multiples": {"B": [*TIP, [1.0, 0, 0], [0.0, 0, 2.0]]},
     "contact rows 1 and 2 are multiples": {"B": [*TIP, [0.0, 0, -1.0]]},
-    r"contact.gap has 2 values: must be one number, or one for each of the 1": {"gap": [1.0, 2.0]},
-    "contact.gap = nan: must be a length in m": {"gap": [np.nan]},
+    r"^gap has 2 values: must be one number, or one for each of the 1": {"gap": [1.0, 2.0]},
+    "^gap = nan: must be a length in m": {"gap": [np.nan]},
 }
 
 
@@ -207,11 +207,11 @@ UNFIT = {
     "stiffness K is not positive definite": {"K": np.array([[1.0, 2, 0], [2, 1, 0], [0, 0, 1]])},
     "mass M has a negative eigenvalue": {"M": np.array([[1.0, 2, 0], [2, 1, 0], [0, 0, 1]])},
     "contact rows B depend on each other": {"B": [*TIP, [1.0, 0, 0], [1.0, 0, 1.0]]},
-    "reduction.modes = 3: .* not above 2, the number of unknowns with mass": {
+    "^modes = 3: .* not above 2, the number of unknowns with mass": {
         "M": np.diag([1.0, 0.0, 1.0]),
         "modes": 3,
     },
-    "residual flexibility .* use fewer reduction.modes": {"modes": 3},
+    "residual flexibility .* use fewer modes": {"modes": 3},
 }
 
 
@@ -221,7 +221,7 @@ def test_structures_that_cannot_be_reduced_are_refused(message: str, method: str
     given = {"K": K3, "M": np.eye(3), "B": TIP, **UNFIT[message]}
     modes = given.pop("modes", 1)
     if message.startswith("residual") and method == "craig-bampton":
-        message = "reduction.modes = 3: the matrices have only 2 modes with the contact points held"
+        message = "^modes = 3: the matrices have only 2 modes with the contact points held"
     with pytest.raises(ModelError, match=message):
         matrix_analysis(Matrices(**given, gap=1.0), modes=modes, method=method)
 

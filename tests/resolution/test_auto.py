@@ -91,9 +91,12 @@ def test_bilinear_oscillator_meets_its_tolerance(
     bilinear: ModuleType, tmp_path: Path, tolerance: float
 ) -> None:
     chosen = choice(bilinear_study(tmp_path, tolerance), MPI.COMM_SELF)
-    branch = nonlinear_mode(chosen.study, chosen.analysis)
+    branch = nonlinear_mode(chosen.study, chosen.linear)
     assert branch.complete
-    errors = [abs(p.frequency / bilinear.exact_frequency(p.energy) - 1) for p in branch.points]
+    errors = [
+        abs(p.motion.frequency / bilinear.exact_frequency(p.motion.energy) - 1)
+        for p in branch.points
+    ]
     assert tolerance / 100 < max(errors) < tolerance
 
 
@@ -126,7 +129,7 @@ def test_mesh_study(tmp_path: Path) -> None:
     fine = study.with_resolution(Resolution(20, 1024, header.resolution.modes))
     reference = nonlinear_mode(fine, linear_analysis(fine, MPI.COMM_SELF))
     for point, exact in zip(points, reference.points, strict=True):
-        assert point.frequency == pytest.approx(exact.frequency, rel=3e-3)
+        assert point.motion.frequency == pytest.approx(exact.motion.frequency, rel=3e-3)
     written = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert written["auto"] == auto
 
@@ -159,14 +162,14 @@ def test_a_resumed_run_takes_the_numbers_over(tmp_path: Path, monkeypatch: Any) 
         assert after.summary[name] == before.summary[name]
     assert after.branch.points[-1].gamma_ratio == pytest.approx(1.6)
     for point, old in zip(after.branch.points, before.branch.points, strict=False):
-        np.testing.assert_array_equal(point.q, old.q)
+        np.testing.assert_array_equal(point.motion.q, old.motion.q)
 
 
 def test_a_branch_that_is_not_accurate_enough_is_followed_again(
     tmp_path: Path, monkeypatch: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Probes that see nothing leave the least numbers, which the points show to be too few."""
-    monkeypatch.setattr("fenics_nnm.resolution.auto.probes", lambda study, model: ())
+    monkeypatch.setattr("fenics_nnm.resolution.auto.probes", lambda prepared: ())
     study = bilinear_study(tmp_path, 1e-4)
     with caplog.at_level(logging.INFO, "fenics_nnm"):
         result = run_study(study, "", tmp_path / "out", comm=MPI.COMM_SELF)
@@ -176,7 +179,7 @@ def test_a_branch_that_is_not_accurate_enough_is_followed_again(
     header, points = branch_file.read(tmp_path / "out" / "branch.h5")
     assert header.samples == result.summary["samples"] > 64
     assert len(points) == len(result.branch.points)
-    assert all(len(point.force) == header.samples // 2 + 1 for point in points)
+    assert all(len(point.motion.force) == header.samples // 2 + 1 for point in points)
 
 
 def test_what_cannot_be_met_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -319,4 +322,4 @@ def test_all_kinds_of_studies(changes: dict[str, Any], tmp_path: Path) -> None:
     linear = values["continuation"].get("energies", {}).get("to") == 0.9
     assert linear == (auto["harmonics_error"] == 0)
     assert result.summary["harmonics"] >= 5
-    assert result.told.startswith(f"harmonics = {result.summary['harmonics']}, samples = ")
+    assert result.message.startswith(f"harmonics = {result.summary['harmonics']}, samples = ")

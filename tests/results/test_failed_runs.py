@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from conftest import Ended, contents
 
-import fenics_nnm.run
+import fenics_nnm.running.publishing
 from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.results import branch_file, journal
 
@@ -182,7 +182,7 @@ def test_disk_full_at_the_end(
     study_file: StudyFile, command: Command, monkeypatch: Any, tmp_path: Path
 ) -> None:
     error = OSError(28, "No space left on device", "modes.pvd")
-    failing_at(monkeypatch, "output.mesh_report.write_linear_modes", error)
+    failing_at(monkeypatch, "running.publishing.write_linear_modes", error)
     ended = command("run", study_file(), "--output", "out")
     ended.assert_one_line(1, "modes.pvd: cannot be written: No space left", "4 points are in out")
     assert _kept(tmp_path / "out", ended) == 4
@@ -238,13 +238,13 @@ def _stored(folder: Path) -> int:
 def test_interrupt_while_results_are_moved(
     study_file: StudyFile, command: Command, monkeypatch: Any, tmp_path: Path
 ) -> None:
-    publish = fenics_nnm.run.publish
+    move_results = fenics_nnm.running.publishing.move_results
 
     def interrupted(*folders: Path) -> None:
         os.kill(os.getpid(), signal.SIGINT)
-        publish(*folders)
+        move_results(*folders)
 
-    monkeypatch.setattr(fenics_nnm.run, "publish", interrupted)
+    monkeypatch.setattr(fenics_nnm.running.publishing, "move_results", interrupted)
     ended = command("run", study_file(), "--output", "out")
     ended.assert_one_line(1, "interrupted; the results are in out")
     assert {path.name for path in (tmp_path / "out").iterdir()} == RESULTS
@@ -254,8 +254,8 @@ def test_interrupt_while_results_are_moved(
     ("name", "kept"),
     [
         ("resolution.auto.linear_analysis", 0),
-        ("output.mesh_report.gathered_basis", 0),
-        ("output.mesh_report.write_linear_modes", 4),
+        ("structure.mesh_structure.gathered_basis", 0),
+        ("running.publishing.write_linear_modes", 4),
     ],
 )
 def test_defect(

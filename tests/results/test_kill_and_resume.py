@@ -66,10 +66,14 @@ def assert_nothing_is_lost(folder: Path) -> int:
 def assert_same(points: tuple[BranchPoint, ...], others: tuple[BranchPoint, ...]) -> None:
     assert [point.gamma_ratio for point in points] == [point.gamma_ratio for point in others]
     for point, other in zip(points, others, strict=True):
-        assert point.frequency == pytest.approx(other.frequency, rel=1e-9)
-        assert point.energy == pytest.approx(other.energy, rel=1e-9)
-        np.testing.assert_allclose(point.q, other.q, rtol=0, atol=1e-9 * np.abs(other.q).max())
-        assert point.return_error == pytest.approx(other.return_error, rel=1e-6, abs=1e-9)
+        assert point.motion.frequency == pytest.approx(other.motion.frequency, rel=1e-9)
+        assert point.motion.energy == pytest.approx(other.motion.energy, rel=1e-9)
+        np.testing.assert_allclose(
+            point.motion.q, other.motion.q, rtol=0, atol=1e-9 * np.abs(other.motion.q).max()
+        )
+        assert point.returned.after_one == pytest.approx(
+            other.returned.after_one, rel=1e-6, abs=1e-9
+        )
         assert (point.status, point.resonance) == (other.status, other.resonance)
 
 

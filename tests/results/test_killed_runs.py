@@ -25,8 +25,8 @@ from killed_runs import (
 )
 
 from fenics_nnm.results import branch_file, owner
-from fenics_nnm.results.owner import Standing
-from fenics_nnm.results.staging import publish, running_folders, stopped_runs
+from fenics_nnm.results.owner import OwnerState
+from fenics_nnm.results.staging import move_results, running_folders, stopped_runs
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -39,8 +39,8 @@ import os, signal, sys
 from pathlib import Path
 import numpy as np
 from fenics_nnm.backbone.follow import Branch
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.results import branch_file, journal, staging
+from fenics_nnm.fem.blocks import Data
+from fenics_nnm.results import branch_file, journal, staging, stored_point
 from fenics_nnm.mechanics.model import ReducedModel
 
 WATCHED = ("open", "os.", "shutil.")
@@ -54,17 +54,18 @@ def watch(event, arguments):
             os.kill(os.getpid(), signal.SIGKILL)
 
 def point(ratio, value):
-    scalars = {name: value for name in journal.SCALARS}
+    scalars = {name: value for name in stored_point.SCALARS}
     scalars.update(position=ratio, gamma_ratio=ratio, iterations=1, reason="")
     scalars.update(status="converged", resonance="", skipped="", event="", stability="")
-    return BranchPoint(**scalars, **{name: np.full((3, 2), value) for name in journal.ARRAYS})
+    arrays = {name: np.full((3, 2), value) for name in stored_point.ARRAYS}
+    return stored_point.point_from(scalars, arrays)
 
 def whole_run(folder):
     own = staging.claim(folder)
     model = ReducedModel(np.ones(2), np.ones((2, 2)), np.eye(2), np.ones(2))
     header = branch_file.BranchHeader("", {}, 1, 2, 4, 1, "time-reversible", model)
     points = [point(1.0 + n / 10, float(n)) for n in range(3)]
-    branch_file.create(own.branch, header, {"mesh/points": np.zeros((5, 3))})
+    branch_file.create(own.branch, header, Data({"mesh/points": np.zeros((5, 3))}))
     written = journal.opened(own.branch)
     for number, each in enumerate(points):
         branch_file.append(written, each)
@@ -73,7 +74,7 @@ def whole_run(folder):
     for name in ("backbone.csv", "summary.json"):
         (own.path / name).write_text("new")
     (own.path / "fields").mkdir()
-    staging.publish(own.path, folder)
+    staging.move_results(own.path, folder)
     own.release()
 
 sys.addaudithook(watch)
@@ -146,7 +147,7 @@ def _assert_consistent(folder: Path, count: int, *, had_older: bool) -> bool:
     for run in stopped:
         assert run.gone and run.points
         _, points = branch_file.read(run.path / "branch.h5")
-        values = [(p.gamma_ratio, p.energy, p.q.tolist()) for p in points]
+        values = [(p.gamma_ratio, p.motion.energy, p.motion.q.tolist()) for p in points]
         assert values == [(1.0 + n / 10, float(n), [[n, n]] * 3) for n in range(found)]
     return False
 
@@ -219,9 +220,9 @@ def test_killed_before_its_first_point_leaves_nothing_for_long(
     path.mkdir(parents=True)
     os.close(owner.take(path))
     known = json.loads((path / owner.NAME).read_text())
-    assert owner.standing(path) is Standing.LIVING  # this very process
+    assert owner.state_of(path) is OwnerState.LIVING  # this very process
     (path / owner.NAME).write_text(json.dumps({**known, "started": known["started"] - 1}))
-    assert owner.standing(path) is Standing.GONE  # another one had its number before
+    assert owner.state_of(path) is OwnerState.GONE  # another one had its number before
     ended = command("run", study_file(), "--output", "out")
     assert (ended.code, ended.err) == (0, "")
     assert {found.name for found in path.parent.iterdir()} == RESULTS
@@ -255,33 +256,33 @@ def test_owner_with_a_lock_lives(owned: tuple[Path, dict[str, Any]]) -> None:
         with (folder / owner.NAME).open("r+") as file:  # the same file: the lock stays
             file.truncate()
             json.dump({**known, **change}, file)
-        assert owner.standing(folder) is Standing.LIVING
+        assert owner.state_of(folder) is OwnerState.LIVING
         assert owner.retake(folder) is None
 
 
 @pytest.mark.parametrize(
     ("change", "with_locks", "without"),
     [
-        ({}, Standing.LIVING, Standing.LIVING),
-        ({"process": 2**22 + 1}, Standing.GONE, Standing.GONE),
-        ({"boot": "earlier"}, Standing.GONE, Standing.GONE),
-        ({"namespace": "pid:[1]"}, Standing.GONE, Standing.ELSEWHERE),
-        ({"boot": "other", "host": "other"}, Standing.ELSEWHERE, Standing.ELSEWHERE),
+        ({}, OwnerState.LIVING, OwnerState.LIVING),
+        ({"process": 2**22 + 1}, OwnerState.GONE, OwnerState.GONE),
+        ({"boot": "earlier"}, OwnerState.GONE, OwnerState.GONE),
+        ({"namespace": "pid:[1]"}, OwnerState.GONE, OwnerState.ELSEWHERE),
+        ({"boot": "other", "host": "other"}, OwnerState.ELSEWHERE, OwnerState.ELSEWHERE),
     ],
 )
 def test_owner_without_a_lock(
     change: dict[str, Any],
-    with_locks: Standing,
-    without: Standing,
+    with_locks: OwnerState,
+    without: OwnerState,
     tmp_path: Path,
     monkeypatch: Any,
 ) -> None:
     os.close(owner.take(tmp_path))
     known = json.loads((tmp_path / owner.NAME).read_text())
     (tmp_path / owner.NAME).write_text(json.dumps({**known, **change}))
-    assert owner.standing(tmp_path) is with_locks
+    assert owner.state_of(tmp_path) is with_locks
     monkeypatch.setattr(owner, "_lock", lambda descriptor, kind: None)
-    assert owner.standing(tmp_path) is without
+    assert owner.state_of(tmp_path) is without
 
 
 def test_two_runs_at_once_have_folders_of_their_own(
@@ -309,7 +310,7 @@ def test_results_are_moved_by_one_run_at_a_time(tmp_path: Path) -> None:
     mine = tmp_path / ".running-1"
     mine.mkdir()
     (mine / "summary.json").write_text("mine")
-    moving = threading.Thread(target=publish, args=(mine, tmp_path))
+    moving = threading.Thread(target=move_results, args=(mine, tmp_path))
     with owner.alone_in(tmp_path):
         moving.start()
         moving.join(0.2)

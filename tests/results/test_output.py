@@ -115,15 +115,17 @@ def test_branch_file_reads_back_as_it_was_written(results: Path) -> None:
     assert header.study == STUDY
     assert (header.mode, header.harmonics, header.samples) == (1, 5, 64)
     assert isinstance(header.model, ReducedModel)
-    assert points[0].q.shape == (6, 8)
-    assert points[0].force.shape == (33, 3)
+    assert points[0].motion.q.shape == (6, 8)
+    assert points[0].motion.force.shape == (33, 3)
     frequencies = [float(row["frequency_Hz"]) for row in rows(results)]
-    np.testing.assert_allclose([point.frequency for point in points], frequencies, rtol=1e-9)
-    linear = np.array(header.model.omega[1:]) / points[0].frequency
-    np.testing.assert_allclose(points[0].multipliers[:7], np.exp(1j * linear), atol=1e-9)
+    np.testing.assert_allclose([point.motion.frequency for point in points], frequencies, rtol=1e-9)
+    linear = np.array(header.model.omega[1:]) / points[0].motion.frequency
+    np.testing.assert_allclose(points[0].stability.multipliers[:7], np.exp(1j * linear), atol=1e-9)
     known = [point for point in points if point.stability]
-    largest = [np.abs(point.multipliers).max() for point in known]
-    np.testing.assert_allclose(largest, [point.largest_multiplier for point in known], rtol=1e-12)
+    largest = [np.abs(point.stability.multipliers).max() for point in known]
+    np.testing.assert_allclose(
+        largest, [point.stability.largest_multiplier for point in known], rtol=1e-12
+    )
 
 
 def test_branch_file_gives_the_motion_back_on_the_mesh(results: Path) -> None:
@@ -134,8 +136,8 @@ def test_branch_file_gives_the_motion_back_on_the_mesh(results: Path) -> None:
         nodes, cells = file["mesh/points"][:], file["mesh/cells"][:]
         contact, directions = file["contact/points"][:], file["contact/directions"][:]
     assert cells.max() == len(nodes) - 1
-    start = np.einsum("j,jnd->nd", last.q.sum(axis=0), shapes)
-    start -= np.einsum("c,cnd->nd", last.force[0], residual)
+    start = np.einsum("j,jnd->nd", last.motion.q.sum(axis=0), shapes)
+    start -= np.einsum("c,cnd->nd", last.motion.force[0], residual)
     for point, direction in zip(contact, directions, strict=True):
         node = int(np.argmin(np.linalg.norm(nodes[:, :2] - point, axis=1)))
         assert start[node] @ direction == pytest.approx(1e-3, rel=1e-6)  # closed gap

@@ -17,6 +17,7 @@ from mpi4py import MPI
 from fenics_nnm.backbone.follow import EnergyContinuation
 from fenics_nnm.cli import main
 from fenics_nnm.errors import StudyError
+from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.mechanics.fourier import CosineSeries
 from fenics_nnm.mechanics.model import ReducedModel
@@ -194,23 +195,25 @@ def test_signs_of_the_modes_are_those_of_the_new_model(
     """With modes of other signs, the points taken over solve the equations of the new model."""
     stored, analysis = plate_run
     model = analysis.model
-    assert max(point.contact_fraction for point in stored.points) > 0
+    assert max(point.motion.contact_fraction for point in stored.points) > 0
     for signs in ([1, 1, 1], [-1, 1, 1], [1, -1, -1]):
         flipped = ReducedModel(model.omega, model.Phi * signs, model.R, model.gap)
         points = known_points(stored, flipped, EnergyContinuation(0.8, 1.1, 0.1))
         for before, point in zip(stored.points, points, strict=True):
-            np.testing.assert_array_equal(point.q, before.q * signs)
-            np.testing.assert_allclose(point.q @ flipped.Phi.T, point.free, atol=1e-9 * 1e-3)
-            assert (point.energy, point.status) == (before.energy, before.status)
+            np.testing.assert_array_equal(point.motion.q, before.motion.q * signs)
+            np.testing.assert_allclose(
+                point.motion.q @ flipped.Phi.T, point.motion.free, atol=1e-9 * 1e-3
+            )
+            assert (point.motion.energy, point.status) == (before.motion.energy, before.status)
             assert _residual(flipped, point) < 1e-9
 
 
 def _residual(model: ReducedModel, point: Any) -> float:
     """Largest entry of (omega_j^2 - n^2 omega^2) q_nj + (Phi^T lambda_n)_j, relative."""
-    omega, order = 2 * np.pi * point.frequency, np.arange(len(point.q))
-    force = CosineSeries(3, 32).analysis @ point.force @ model.Phi
-    inertia = (model.omega**2 - (order[:, None] * omega) ** 2) * point.q
-    return float(np.abs(inertia + force).max() / np.abs(model.omega**2 * point.q).max())
+    omega, order = 2 * np.pi * point.motion.frequency, np.arange(len(point.motion.q))
+    force = CosineSeries(3, 32).analysis @ point.motion.force @ model.Phi
+    inertia = (model.omega**2 - (order[:, None] * omega) ** 2) * point.motion.q
+    return float(np.abs(inertia + force).max() / np.abs(model.omega**2 * point.motion.q).max())
 
 
 @pytest.mark.parametrize(
@@ -263,8 +266,11 @@ def test_resumed_run_keeps_the_points_that_it_began_with(tmp_path: Path) -> None
     after = branch_file.read(left.path / "branch.h5")[1]
     assert left.points == len(before) == 3
     for one, other in zip(before, after, strict=True):
-        assert (one.gamma_ratio, one.frequency) == (other.gamma_ratio, other.frequency)
-        np.testing.assert_array_equal(one.q, other.q)
+        assert (one.gamma_ratio, one.motion.frequency) == (
+            other.gamma_ratio,
+            other.motion.frequency,
+        )
+        np.testing.assert_array_equal(one.motion.q, other.motion.q)
     result = run(wider, tmp_path, resume=True)
     assert result.branch.points[-1].gamma_ratio == pytest.approx(1.2)
     assert running_folders(tmp_path) == []  # all of it is in the new results
@@ -294,7 +300,7 @@ def test_changed_mesh_is_refused_before_anything_is_written(tmp_path: Path) -> N
     model = header.model
     stiffer = ReducedModel(model.omega * 1.01, model.Phi, model.R, model.gap)
     path.unlink()
-    branch_file.create(path, replace(header, model=stiffer), {}, points)
+    branch_file.create(path, replace(header, model=stiffer), Data({}), points)
     before = contents(tmp_path)
     with pytest.raises(StudyError, match=r"frequency 1 was \d.* Hz and is \d.* Hz now"):
         run(text, tmp_path, resume=True)
@@ -329,7 +335,7 @@ def test_resumed_branch_is_that_of_a_run_in_one_go(tmp_path: Path) -> None:
         assert len(resumed) == len(whole)
         for one, other in zip(resumed, whole, strict=True):
             assert one.gamma_ratio == other.gamma_ratio
-            assert one.frequency == pytest.approx(other.frequency, rel=1e-9)
+            assert one.motion.frequency == pytest.approx(other.motion.frequency, rel=1e-9)
             assert one.status == other.status
 
 
@@ -344,4 +350,4 @@ def test_finished_branch_is_widened_without_finding_its_points_again(tmp_path: P
     assert min(after) == pytest.approx(0.6)
     assert max(after) == pytest.approx(1.4)
     for point in before:
-        np.testing.assert_array_equal(after[point.gamma_ratio].q, point.q)
+        np.testing.assert_array_equal(after[point.gamma_ratio].motion.q, point.motion.q)

@@ -186,14 +186,14 @@ def test_stops_on_both_sides_give_the_trilinear_oscillator(tmp_path: Path) -> No
     K = model.Phi[0, 0] ** 2 / model.R[0, 0]
     np.testing.assert_allclose(analysis.interface.points[:, 0], 0.4)
     for point in branch.points[-2:]:
-        E = point.energy
+        E = point.motion.energy
         flight = 2 / math.sqrt(k) * math.asin(e * math.sqrt(k / (2 * E)))
         contact = 2 / math.sqrt(K + k)
         contact *= math.acos(e * k / math.sqrt(2 * E * (K + k) - K * k * e**2))
-        assert point.frequency == pytest.approx(1 / (2 * (flight + contact)), rel=3e-5)
-        odd = np.abs(point.q[1::2]).max()
-        assert np.abs(point.q[::2]).max() < 1e-9 * odd
-        assert point.force.max(axis=0).min() > 0
+        assert point.motion.frequency == pytest.approx(1 / (2 * (flight + contact)), rel=3e-5)
+        odd = np.abs(point.motion.q[1::2]).max()
+        assert np.abs(point.motion.q[::2]).max() < 1e-9 * odd
+        assert point.motion.force.max(axis=0).min() > 0
     assert branch.points[-1].frequency_ratio > 1.05
 
 
@@ -273,7 +273,7 @@ PATCHES: list[tuple[dict[str, Any], str, str]] = [
     (
         {"gap": None, "casing": {**CYLINDER, "radius": None}},
         "contact.patch[2].casing.radius: is missing",
-        '"cylinder" needs it',
+        'shape = "cylinder" needs radius (radius at the origin in m',
     ),
     (
         {"gap": None, "casing": {**CYLINDER, "lobes": 2}},

@@ -11,7 +11,7 @@ from conftest import BEAM, PLATE, ROD, changed
 from mpi4py import MPI
 
 from fenics_nnm.errors import StudyError
-from fenics_nnm.structure.analysis import Analysis, linear_analysis
+from fenics_nnm.structure.analysis import Linear, linear_analysis
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
 from fenics_nnm.study import Study, study_from
 
@@ -22,7 +22,7 @@ def study(base: dict[str, Any] = ROD, **changes: Any) -> Study:
     return study_from(changed(base, changes), Path("study.toml"))
 
 
-def assert_equal(found: Analysis, wanted: Analysis) -> None:
+def assert_equal(found: Linear, wanted: Linear) -> None:
     for name in ("omega", "Phi", "R", "gap"):
         assert np.array_equal(getattr(found.model, name), getattr(wanted.model, name)), name
     assert found.model.reference == wanted.model.reference

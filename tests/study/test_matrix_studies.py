@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 from conftest import BEAM, PLATE, ROD, Ended, changed
 from mpi4py import MPI
+from ranks import on_ranks, own_lines
 from scipy import sparse
 from scipy.io import mmwrite, savemat
-from test_mpi import on_ranks, own_lines
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.reduction.matrix_files import read_matrix
 from fenics_nnm.results import branch_file
 from fenics_nnm.structure.analysis import linear_analysis
+from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.study import study_from
 
 StudyFile = Callable[..., Path]
@@ -241,9 +241,11 @@ def test_displacements_by_the_snippet_of_the_docs(
         reached = (B @ u).max(axis=1)
         assert reached.max() == pytest.approx(1e-3, rel=1e-6)
         _, points = branch_file.read(tmp_path / "results/blade/branch.h5")
-        assert time[1] * len(time) == pytest.approx(1 / points[-1].frequency)
+        assert time[1] * len(time) == pytest.approx(1 / points[-1].motion.frequency)
         on_mesh = linear_analysis(study_from(base, Path("study.toml")), MPI.COMM_SELF)
-        start = on_mesh.reduction.displacement(points[-1].q.sum(axis=0), points[-1].force[0])
+        start = on_mesh.reduction.displacement(
+            points[-1].motion.q.sum(axis=0), points[-1].motion.force[0]
+        )
         np.testing.assert_allclose(u[:, 0], start[free], atol=1e-6 * np.abs(u).max())
 
 

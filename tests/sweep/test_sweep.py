@@ -16,8 +16,9 @@ import pytest
 from conftest import PLATE, ROD, Ended, changed
 from matplotlib.figure import Figure
 from PIL import Image
-from test_mpi import on_ranks, own_lines
+from ranks import on_ranks, own_lines
 
+import fenics_nnm.running.following
 import fenics_nnm.structure.shared_analysis
 import fenics_nnm.sweep.pictures
 from fenics_nnm.results.staging import claim
@@ -256,7 +257,7 @@ def test_an_interrupted_study_goes_on(
 ) -> None:
     study_file(QUICK)
     count = 0
-    store = fenics_nnm.run._store
+    store = fenics_nnm.running.following.store
 
     def interrupt(points: Any, point: Any) -> None:
         nonlocal count
@@ -267,7 +268,7 @@ def test_an_interrupted_study_goes_on(
 
     sweep = ("sweep", "study.toml", "--set", "contact.gap=1e-3,2e-3,3e-3", "--output", "s")
     with monkeypatch.context() as patch:
-        patch.setattr(fenics_nnm.run, "_store", interrupt)
+        patch.setattr(fenics_nnm.running.following, "store", interrupt)
         stopped = command(*sweep)
     assert stopped.code == 1
     assert "interrupted" in stopped.err

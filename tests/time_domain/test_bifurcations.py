@@ -14,8 +14,9 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.point_numbers import stability_kind
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.output.pictures.backbone import plot_backbone
+from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
 from fenics_nnm.time_domain import chord
 from fenics_nnm.time_domain.bifurcations import (
     Bifurcation,
@@ -26,7 +27,7 @@ from fenics_nnm.time_domain.crossing import crossing
 from fenics_nnm.time_domain.family import Steps, family_tangent, periodic_motion
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.period_map import Target, period_map
-from fenics_nnm.time_domain.shooting import Shooting, ShotMotion, shoot
+from fenics_nnm.time_domain.shooting import OrbitGuess, Shooting, ShotMotion, shoot
 from fenics_nnm.time_domain.stability import (
     COMPLEX,
     DOUBLING,
@@ -47,9 +48,9 @@ def three_modes(*, general: bool = False) -> Branch:
 
 def motion(energy: float) -> ShotMotion:
     """The exact motion of an energy, from the nearest point."""
-    point = min(three_modes().points, key=lambda point: abs(point.energy - energy))
+    point = min(three_modes().points, key=lambda point: abs(point.motion.energy - energy))
     flow, steps = Flow(MODEL), Shooting(Steps(walk=60, walk_step=0.01))
-    nearest = shoot(flow, BALANCE.series, point, options=steps)
+    nearest = shoot(flow, OrbitGuess.of(BALANCE.series, point.motion), options=steps)
     target = Target(nearest.q, nearest.velocity, nearest.period, energy)
     equations = period_map(flow, target, reversible=True)
     found = periodic_motion(equations, equations.start, Steps(), keep_energy=True)
@@ -131,7 +132,7 @@ def test_a_cubic_that_leads_astray_is_left_for_the_chord(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(chord, "_hermite", astray)
     flow = Flow(MODEL)
-    motions = [shoot(flow, BALANCE.series, point) for point in points]
+    motions = [shoot(flow, OrbitGuess.of(BALANCE.series, point.motion)) for point in points]
     witnesses = [
         Witness(point.gamma_ratio, each, stability(flow, each, reversible=True))
         for point, each in zip(points, motions, strict=True)
@@ -227,7 +228,7 @@ def test_fold_of_a_family() -> None:
     model = ReducedModel([1.0, 3.4], [[1.0, 1.0]], [[0.1]], [1.0])
     flow, balance = Flow(model), HarmonicBalance(12, 144)
     points = follow(model, EnergyContinuation(3.0, 3.6, 0.3), balance, mode=0).points
-    start = shoot(flow, balance.series, points[0])
+    start = shoot(flow, OrbitGuess.of(balance.series, points[0].motion))
     motions = along_family(flow, start, steps=10, length=0.04)
     energies = np.array([each.energy for each in motions])
     lowest = int(np.argmin(energies))
@@ -290,7 +291,8 @@ def test_nothing_is_told_without_exact_motions() -> None:
 def test_points_of_two_families_have_no_bifurcation_between_them() -> None:
     flow, energies = Flow(MODEL), EnergyContinuation(0.9, 1.3, 0.2)
     other = follow(MODEL, energies, BALANCE, mode=1).points[-1]
-    motions = [shoot(flow, BALANCE.series, point) for point in (three_modes().points[0], other)]
+    ends = [three_modes().points[0].motion, other.motion]
+    motions = [shoot(flow, OrbitGuess.of(BALANCE.series, each)) for each in ends]
     first, second = (stability(flow, each) for each in motions)
     assert first.stable
     assert second.kind == DOUBLING
@@ -307,11 +309,11 @@ def test_summary_and_picture(tmp_path: Path) -> None:
             tmp_path / f"{name}.png",
             branch.points,
             title="three modes",
-            linear_frequency=1 / (2 * np.pi),
+            linear=LinearMode(1 / (2 * np.pi)),
             bifurcations=shown,
         )
     assert (tmp_path / "with.png").read_bytes() != (tmp_path / "without.png").read_bytes()
-    assert {point.stability for point in branch.points} == {"stable", COMPLEX, DOUBLING}
+    assert {stability_kind(point) for point in branch.points} == {"stable", COMPLEX, DOUBLING}
 
 
 def test_run_lists_bifurcations(study_file: StudyFile, command: Command, tmp_path: Path) -> None:

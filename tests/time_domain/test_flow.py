@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.flow import Flow
 
@@ -159,4 +160,4 @@ def test_what_cannot_be_followed_has_a_reason() -> None:
     lost = flow.run(np.array([np.nan, 0.0, 0.0, 0.0]), np.zeros(4), 1.0)
     assert "not finite" in lost.failure
     with pytest.raises(ModelError, match="without mass"):
-        Flow(ReducedModel([1.0], [[1.0]], [[0.0]], [1.0]))
+        Flow(ReducedModel([1.0], [[1.0]], [[0.0]], [1.0], contact=MASSIVE))

@@ -10,11 +10,20 @@ import pytest
 
 from fenics_nnm.backbone.follow import Branch, EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.family import Steps, periodic_motion, walk_to_energy
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.period_map import Target, period_map
-from fenics_nnm.time_domain.shooting import Shooting, ShotMotion, harmonics_of, mean_gamma, shoot
+from fenics_nnm.time_domain.shooting import (
+    OrbitGuess,
+    Shooting,
+    ShotMotion,
+    harmonics_of,
+    mean_gamma,
+    shoot,
+)
 
 MODEL = ReducedModel(
     omega=[1.0, 2.62, 6.31],
@@ -50,13 +59,17 @@ def branch(
     return found
 
 
+def guess_from(series: Series, point: BranchPoint) -> OrbitGuess:
+    return OrbitGuess.of(series, point.motion)
+
+
 def all_shot(
     harmonics: int, *, twins: bool = False, general: bool = False, samples: int = 512
 ) -> list[ShotMotion]:
     series = HarmonicBalance(harmonics, samples, general=general).series
     flow = Flow(TWINS if twins else MODEL)
     points = branch(harmonics, twins=twins, general=general, samples=samples).points
-    return [shoot(flow, series, point) for point in points]
+    return [shoot(flow, guess_from(series, point)) for point in points]
 
 
 def test_bilinear_oscillator_has_the_frequency_of_its_closed_form() -> None:
@@ -70,12 +83,17 @@ def test_bilinear_oscillator_has_the_frequency_of_its_closed_form() -> None:
         balance = HarmonicBalance(5, 256, general=general)
         found = follow(model, EnergyContinuation(1.05, 30.0, 1.0), balance, mode=0)
         for point in found.points:
-            shot = shoot(Flow(model), balance.series, point)
+            shot = shoot(Flow(model), guess_from(balance.series, point))
             assert shot.converged
             assert shot.changes == 2
-            assert shot.energy == pytest.approx(point.energy, rel=1e-13)
-            assert shot.frequency == pytest.approx(demo.exact_frequency(point.energy), rel=1e-12)
-        worst = abs(found.points[0].frequency / demo.exact_frequency(found.points[0].energy) - 1)
+            assert shot.energy == pytest.approx(point.motion.energy, rel=1e-13)
+            assert shot.frequency == pytest.approx(
+                demo.exact_frequency(point.motion.energy), rel=1e-12
+            )
+        worst = abs(
+            found.points[0].motion.frequency / demo.exact_frequency(found.points[0].motion.energy)
+            - 1
+        )
         assert worst > 1e-6  # the guesses were not exact
 
 
@@ -90,8 +108,8 @@ def test_motions_return_to_round_off(twins: bool, general: bool) -> None:
         assert shot.energy_change == pytest.approx(0, abs=1e-12)
         assert shot.iterations <= 6
         assert abs(shot.frequency_change) < 1e-3
-    assert points[-1].return_error > 1e-3
-    assert shots[-1].contact_fraction == pytest.approx(points[-1].contact_fraction, abs=0.02)
+    assert points[-1].returned.after_one > 1e-3
+    assert shots[-1].contact_fraction == pytest.approx(points[-1].motion.contact_fraction, abs=0.02)
 
 
 def test_harmonic_balance_converges_to_the_shot_frequency_of_its_energy() -> None:
@@ -107,12 +125,13 @@ def test_harmonic_balance_converges_to_the_shot_frequency_of_its_energy() -> Non
 
 
 def test_shot_motion_does_not_depend_on_the_guess_or_the_kind_of_equations() -> None:
-    energy = branch(20).points[-1].energy
+    energy = branch(20).points[-1].motion.energy
     shots = []
     for harmonics, general in ((6, False), (20, False), (6, True), (20, True)):
         series = HarmonicBalance(harmonics, 512, general=general).series
-        guess = replace(branch(harmonics, general=general).points[-1], energy=energy)
-        shots.append(shoot(Flow(MODEL), series, guess))
+        motion = branch(harmonics, general=general).points[-1].motion
+        guess = OrbitGuess.of(series, replace(motion, energy=energy))
+        shots.append(shoot(Flow(MODEL), guess))
     for shot in shots:
         assert shot.converged
         assert shot.frequency == pytest.approx(shots[0].frequency, rel=1e-12)
@@ -121,7 +140,7 @@ def test_shot_motion_does_not_depend_on_the_guess_or_the_kind_of_equations() -> 
 def test_gamma_and_harmonics_of_the_shot_motion() -> None:
     series, point = HarmonicBalance(40, 512).series, branch(40).points[-1]
     flow = Flow(MODEL)
-    shot = shoot(flow, series, point)
+    shot = shoot(flow, guess_from(series, point))
     grazing = MODEL.grazing_amplitude() ** 2 / 4
     assert mean_gamma(flow, shot) / grazing == pytest.approx(point.gamma_ratio, rel=1e-5)
     times = shot.period * np.arange(4096) / 4096
@@ -129,14 +148,14 @@ def test_gamma_and_harmonics_of_the_shot_motion() -> None:
     mean = np.mean(np.sum(speeds**2, axis=1)) * shot.period**2 / (8 * np.pi**2)
     assert mean_gamma(flow, shot) == pytest.approx(mean, rel=1e-8)
     q = harmonics_of(flow, shot, series)
-    assert np.abs(q - point.q).max() < 2e-4 * np.abs(point.q).max()
+    assert np.abs(q - point.motion.q).max() < 2e-4 * np.abs(point.motion.q).max()
     assert np.abs(series.basis_at(np.zeros(1))[0] @ q - shot.q).max() < 1e-4
 
 
 def test_nearest_motion_has_an_energy_of_its_own() -> None:
     series, point, flow = HarmonicBalance(5, 512).series, branch(5).points[-1], Flow(MODEL)
-    nearest = shoot(flow, series, point, options=Shooting(keep_energy=False))
-    same = shoot(flow, series, point)
+    nearest = shoot(flow, guess_from(series, point), options=Shooting(keep_energy=False))
+    same = shoot(flow, guess_from(series, point))
     assert nearest.converged
     assert nearest.return_error < 1e-11
     assert nearest.distance < same.distance
@@ -152,20 +171,24 @@ def rod_point(ratio: float, *, harmonics: int) -> tuple[Flow, HarmonicBalance, B
 def test_walk_along_the_family_finds_what_newton_at_fixed_energy_does_not() -> None:
     flow, balance, found = rod_point(3.0, harmonics=4)
     point = found.points[-1]
-    direct = shoot(flow, balance.series, point, options=Shooting(Steps(walk=0, farthest=0.5)))
+    direct = shoot(
+        flow,
+        guess_from(balance.series, point),
+        options=Shooting(Steps(walk=0, farthest=0.5)),
+    )
     assert "no step lowers the miss" in direct.failure
-    walked = shoot(flow, balance.series, point, options=Shooting(Steps(farthest=0.5)))
+    walked = shoot(flow, guess_from(balance.series, point), options=Shooting(Steps(farthest=0.5)))
     assert walked.converged
     assert walked.return_error < 1e-11
     assert abs(walked.energy_change) < 1e-11
-    assert "another motion" in shoot(flow, balance.series, point).failure  # 0.44 away
+    assert "another motion" in shoot(flow, guess_from(balance.series, point)).failure  # 0.44 away
 
 
 @pytest.mark.parametrize("reversible", [True, False])
 def test_walk_and_newton_at_fixed_energy_lead_to_the_same_motion(reversible: bool) -> None:
     point, flow, steps = branch(10).points[-1], Flow(MODEL), Steps(walk_step=0.01)
-    q, energy = point.q.sum(axis=0), 1.15 * point.energy
-    target = Target(q, np.zeros(3), 1 / point.frequency, energy)
+    q, energy = point.motion.q.sum(axis=0), 1.15 * point.motion.energy
+    target = Target(q, np.zeros(3), 1 / point.motion.frequency, energy)
     equations = period_map(flow, target, reversible=reversible)
     nearest = periodic_motion(equations, equations.start, steps, keep_energy=False)
     assert not nearest.failure
@@ -180,7 +203,7 @@ def test_walk_and_newton_at_fixed_energy_lead_to_the_same_motion(reversible: boo
 
 def test_energy_that_the_family_does_not_reach_is_said() -> None:
     flow, balance, found = rod_point(1.95, harmonics=10)
-    shot = shoot(flow, balance.series, found.points[-1])
+    shot = shoot(flow, guess_from(balance.series, found.points[-1]))
     assert "no motion of this energy was reached from the nearest, which has +" in shot.failure
     assert shot.return_error < 1e-11  # what is given is the nearest motion, of another energy
     assert shot.energy_change > 1e-2
@@ -189,21 +212,28 @@ def test_energy_that_the_family_does_not_reach_is_said() -> None:
 def test_other_motions_are_refused() -> None:
     series, flow = HarmonicBalance(10, 512).series, Flow(MODEL)
     points = branch(10).points
-    touching = next(point for point in points if point.contact_fraction > 0)
-    grazing = next(point for point in points if point.gamma_ratio == pytest.approx(1.0)).energy
-    without = shoot(flow, series, replace(touching, energy=0.9 * grazing))
+    touching = next(point for point in points if point.motion.contact_fraction > 0)
+    grazing = next(
+        point for point in points if point.gamma_ratio == pytest.approx(1.0)
+    ).motion.energy
+    without = shoot(flow, OrbitGuess.of(series, replace(touching.motion, energy=0.9 * grazing)))
     assert "does not touch" in without.failure
     assert without.return_error < 1e-10
-    far = shoot(flow, series, replace(points[-1], energy=4 * points[-1].energy))
+    last = guess_from(series, points[-1])
+    far = shoot(flow, replace(last, energy=4 * last.energy))
     assert "another motion" in far.failure
-    slow = shoot(flow, series, points[-1], options=Shooting(farthest_period=1e-9, keep_energy=True))
+    slow = shoot(flow, last, options=Shooting(farthest_period=1e-9, keep_energy=True))
     assert "its frequency is" in slow.failure
 
 
 def test_failures_of_the_flow_and_too_few_steps_are_reasons() -> None:
     series, point = HarmonicBalance(10, 512).series, branch(10).points[-1]
-    assert "changes of contact" in shoot(Flow(MODEL, most_changes=1), series, point).failure
+    assert (
+        "changes of contact"
+        in shoot(Flow(MODEL, most_changes=1), guess_from(series, point)).failure
+    )
     one_step = Shooting(Steps(iterations=1, walk=0))
     assert (
-        "after the last step allowed" in shoot(Flow(MODEL), series, point, options=one_step).failure
+        "after the last step allowed"
+        in shoot(Flow(MODEL), guess_from(series, point), options=one_step).failure
     )

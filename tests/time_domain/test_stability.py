@@ -10,7 +10,7 @@ from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.flow import Flow
-from fenics_nnm.time_domain.shooting import ShotMotion, shoot
+from fenics_nnm.time_domain.shooting import OrbitGuess, ShotMotion, shoot
 from fenics_nnm.time_domain.stability import COMPLEX, DOUBLING, stability
 
 MODEL = ReducedModel(
@@ -28,9 +28,8 @@ STABLE, KREIN, DOUBLED = 1.6, 1.8, 2.4
 def shots() -> dict[float, ShotMotion]:
     balance, flow = HarmonicBalance(10, 256), Flow(MODEL)
     found = follow(MODEL, EnergyContinuation(0.8, 2.4, 0.2), balance, mode=0)
-    return {
-        round(point.gamma_ratio, 6): shoot(flow, balance.series, point) for point in found.points
-    }
+    guesses = {p.gamma_ratio: OrbitGuess.of(balance.series, p.motion) for p in found.points}
+    return {round(ratio, 6): shoot(flow, guess) for ratio, guess in guesses.items()}
 
 
 def by_differences(shot: ShotMotion, step: float = 1e-6) -> Array:
@@ -131,11 +130,12 @@ def test_one_mode_alone_is_stable_and_a_failed_motion_has_no_verdict() -> None:
     model, balance = ReducedModel([1.0], [[1.0]], [[0.1]], [1.0]), HarmonicBalance(8, 128)
     found = follow(model, EnergyContinuation(0.9, 2.0, 0.2), balance, mode=0)
     flow = Flow(model)
-    alone = stability(flow, shoot(flow, balance.series, found.points[-1]))
+    guess = OrbitGuess.of(balance.series, found.points[-1].motion)
+    alone = stability(flow, shoot(flow, guess))
     assert alone.stable
     assert alone.multipliers.size == 0
     assert alone.largest == 1
-    failed = shoot(Flow(model, most_changes=1), balance.series, found.points[-1])
+    failed = shoot(Flow(model, most_changes=1), guess)
     verdict = stability(flow, failed)
     assert not verdict.stable
     assert verdict.failure == failed.failure

@@ -46,9 +46,9 @@ def return_error(harmonics: int, gamma_ratio: float) -> float:
     branch = follow(MODEL, continuation, HarmonicBalance(harmonics, 512), mode=0)
     assert branch.complete
     point = branch.points[-1]
-    assert point.contact_fraction > 0.05
-    start = point.q.sum(axis=0)  # all cosines are 1 at t = 0, at rest
-    gap = after_one_period(start, 1 / point.frequency)
+    assert point.motion.contact_fraction > 0.05
+    start = point.motion.q.sum(axis=0)  # all cosines are 1 at t = 0, at rest
+    gap = after_one_period(start, 1 / point.motion.frequency)
     modal = np.concatenate([MODEL.omega * gap[:3], gap[3:]])
     whole = energy(np.concatenate([start, np.zeros(3)]))
     return float(np.linalg.norm(modal) / np.sqrt(whole))
@@ -64,9 +64,9 @@ def test_state_returns_after_one_period(gamma_ratio: float) -> None:
 def test_return_errors_of_the_program_agree_with_this_integration() -> None:
     continuation = EnergyContinuation(0.9, 2.0, 0.1)
     branch = follow(MODEL, continuation, HarmonicBalance(5, 512), mode=0)
-    assert branch.points[-1].return_error == pytest.approx(return_error(5, 2.0), rel=0.05)
+    assert branch.points[-1].returned.after_one == pytest.approx(return_error(5, 2.0), rel=0.05)
     assert branch.points[-1].status == "converged"  # and not verified: five are too few
-    assert branch.points[0].return_error < 1e-10  # below grazing the motion is exact
+    assert branch.points[0].returned.after_one < 1e-10  # below grazing the motion is exact
 
 
 def test_motion_with_too_few_harmonics_is_marked() -> None:
@@ -79,5 +79,5 @@ def test_motion_with_too_few_harmonics_is_marked() -> None:
 def test_energy_of_the_point_is_that_of_its_initial_state() -> None:
     branch = follow(MODEL, EnergyContinuation(0.9, 2.0, 0.1), HarmonicBalance(20, 512), mode=0)
     point = branch.points[-1]
-    state = np.concatenate([point.q.sum(axis=0), np.zeros(3)])
-    assert point.energy == pytest.approx(energy(state) / 2, rel=1e-3)
+    state = np.concatenate([point.motion.q.sum(axis=0), np.zeros(3)])
+    assert point.motion.energy == pytest.approx(energy(state) / 2, rel=1e-3)

@@ -72,14 +72,14 @@ def _direction(mean: Sequence[float]) -> str:
 
 
 def _row(point: BranchPoint) -> Sequence[str]:
-    force = point.force
+    force = point.motion.force
     return (
         f"{point.gamma_ratio:.6g}",
-        f"{100 * point.contact_fraction:.3g}",
+        f"{100 * point.motion.contact_fraction:.3g}",
         f"{np.count_nonzero(force.max(axis=0) > 0)} of {force.shape[1]}",
         plain(force.sum(axis=1).max()),
         plain(force.max()),
-        f"{1e6 * point.penetration:.2g}",
+        f"{1e6 * point.balance.penetration:.2g}",
     )
 
 

@@ -63,14 +63,14 @@ def points(results: Results, table_file: Path, beside: str) -> Section:
     links = [link("download backbone.csv", _data(table_file), download="backbone.csv")]
     if beside:
         links.append(link("open it in the results folder", beside))
-    told = element(
+    sentence = element(
         "p",
         text(f"Of {len(results.points)} points {kept} are shown. All of them, with every column: "),
         joined(links, Html(" or ")),
         text("."),
     )
     rows = _rows(results.points, chosen)
-    content = (told, table(_POINTS, rows, label="Points of the branch"))
+    content = (sentence, table(_POINTS, rows, label="Points of the branch"))
     return Section("points", "Points", content + _kinds_of_instability(results.points))
 
 
@@ -81,20 +81,20 @@ def _data(table_file: Path) -> str:
 def _thinned(points: Sequence[BranchPoint]) -> list[int]:
     """Indices of the points to show: evenly spread ones, and those where something happens."""
     even = np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).round().astype(int)
-    marked = [index for index, point in enumerate(points) if point.event]
+    marked = [index for index, point in enumerate(points) if point.notes.event]
     return sorted({*even.tolist(), *marked})
 
 
 def _rows(points: Sequence[BranchPoint], chosen: Sequence[int]) -> list[tuple[str, ...]]:
-    frequencies = aligned([point.frequency for point in points], 8)
+    frequencies = aligned([point.motion.frequency for point in points], 8)
     return [
         (
             str(index + 1),
             f"{points[index].gamma_ratio:.6g}",
             frequencies[index],
             signed(hardening(points[index])),
-            plain(points[index].energy, 5),
-            f"{100 * points[index].contact_fraction:.1f}",
+            plain(points[index].motion.energy, 5),
+            f"{100 * points[index].motion.contact_fraction:.1f}",
             points[index].status,
             _stability(points[index]),
             _remark(points[index]),
@@ -104,19 +104,24 @@ def _rows(points: Sequence[BranchPoint], chosen: Sequence[int]) -> list[tuple[st
 
 
 def _stability(point: BranchPoint) -> str:
-    if not point.stability:
+    if point.stability is None:
         return "not known"
-    return STABLE if point.stability == STABLE else "unstable"
+    return STABLE if point.stability.kind == STABLE else "unstable"
 
 
 def _remark(point: BranchPoint) -> str:
-    remarks = (point.event, point.resonance, point.skipped and f"beyond {point.skipped}")
+    remarks = (
+        point.notes.event,
+        point.resonance,
+        point.notes.skipped and f"beyond {point.notes.skipped}",
+    )
     return "; ".join(remark for remark in remarks if remark)
 
 
 def _kinds_of_instability(points: Sequence[BranchPoint]) -> tuple[Html, ...]:
     """How the unstable motions are unstable."""
-    kinds = Counter(point.stability for point in points if point.stability not in ("", STABLE))
+    known = [point.stability.kind for point in points if point.stability]
+    kinds = Counter(kind for kind in known if kind != STABLE)
     if not kinds:
         return ()
     listed = "; ".join(f"{count} with {kind}" for kind, count in kinds.items())
@@ -202,7 +207,7 @@ def bifurcations(results: Results) -> Section:
     content: tuple[Html, ...] = ()
     if rows:
         content += (table(columns, rows, label="Bifurcations"),)
-    content += tuple(paragraph(told) for told in _unlocated(results.summary))
+    content += tuple(paragraph(sentence) for sentence in _unlocated(results.summary))
     return Section(
         "bifurcations",
         "Bifurcations",
@@ -220,8 +225,8 @@ def _unlocated(summary: dict[str, Any]) -> list[str]:
     ]
 
 
-def _none(results: Results, told: str) -> str:
-    return told if results.summary else "the run was stopped before its summary."
+def _none(results: Results, sentence: str) -> str:
+    return sentence if results.summary else "the run was stopped before its summary."
 
 
 def _list(ratios: Sequence[float]) -> str:

@@ -57,8 +57,8 @@ def described(items: Iterable[tuple[str, str]]) -> Html:
     return element(
         "ul",
         joined(
-            element("li", element("strong", text(f"{about}: ")), text(told))
-            for about, told in items
+            element("li", element("strong", text(f"{about}: ")), text(meaning))
+            for about, meaning in items
         ),
     )
 

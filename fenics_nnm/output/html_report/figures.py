@@ -48,12 +48,12 @@ class Gallery:
         except (OSError, ValueError) as error:
             raise OutputError(f"{path}: cannot be read: {error}") from error
         shown = image(data, _KINDS[path.suffix], alt=picture.title, size=size)
-        told = element(
+        caption = element(
             "figcaption", element("strong", text(f"{picture.title}. ")), text(picture.caption)
         )
         if size[0] < _WIDE:
-            return element("figure", shown, told)
-        return element("figure", element("div", shown, class_="pan"), told, class_="wide")
+            return element("figure", shown, caption)
+        return element("figure", element("div", shown, class_="pan"), caption, class_="wide")
 
 
 def _size(path: Path) -> tuple[int, int]:

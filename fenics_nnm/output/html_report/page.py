@@ -46,7 +46,7 @@ class Section:
         key: Name that links lead to.
         title: Heading.
         content: What it has; nothing if there is nothing to show.
-        absent: Why it has nothing; told in the last section then.
+        absent: Why it has nothing; named in the last section then.
     """
 
     key: str

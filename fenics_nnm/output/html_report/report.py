@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 from fenics_nnm import __version__
-from fenics_nnm.backbone.verdict import VERIFIED
+from fenics_nnm.backbone.point import VERIFIED
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.gallery import make_pictures
 from fenics_nnm.output.html_report import contact, curve, origin, trust
@@ -42,10 +42,10 @@ def write_report(folder: Path, file: Path) -> None:
         gallery = Gallery(drawn, make_pictures(folder, drawn, formats=("svg",)))
         points = Path(scratch) / "backbone.csv"
         write_backbone(points, results.points)
-        told = _told(results, gallery, points, _beside(folder, file))
+        page = _page(results, gallery, points, _beside(folder, file))
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(told, "utf-8")
+        file.write_text(page, "utf-8")
     except OSError as error:
         raise OutputError(f"{file}: cannot be written: {error.strerror or error}") from error
 
@@ -58,7 +58,7 @@ def _beside(folder: Path, file: Path) -> str:
     return quote(os.path.relpath(table.resolve(), file.parent.resolve()))
 
 
-def _told(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
+def _page(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
     """The text of the page."""
     return page(
         title=title_of(results),
@@ -87,13 +87,13 @@ def _told(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
 def _overview(results: Results) -> Section:
     """What was computed, in figures and in words, and what to beware of."""
     points = results.points
-    highest = max(points, key=lambda point: point.frequency)
+    highest = max(points, key=lambda point: point.motion.frequency)
     verified = sum(point.status == VERIFIED for point in points)
     content: tuple[Html, ...] = (
         facts(
             [
                 (f"Linear mode {results.header.mode}", f"{results.linear_frequency:.6g} Hz"),
-                ("Highest frequency", f"{highest.frequency:.6g} Hz"),
+                ("Highest frequency", f"{highest.motion.frequency:.6g} Hz"),
                 ("Largest hardening", f"{signed(hardening(highest))} %"),
                 ("Verified points", f"{verified} of {len(points)}"),
             ]

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, STATUSES, VERIFIED
+from fenics_nnm.backbone.point import (
+    CONVERGED,
+    FAILED,
+    RESONANT,
+    STATUSES,
+    VERIFIED,
+    BranchPoint,
+)
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.time_domain.stability import STABLE
 
@@ -47,9 +52,9 @@ _DOUBTFUL = {
 }
 
 
-def study_of(results: Results) -> dict[str, Any]:
+def study_of(results: Results) -> Mapping[str, Any]:
     """The values of the study file."""
-    return tomllib.loads(results.header.study)
+    return results.header.values
 
 
 def title_of(results: Results) -> str:
@@ -121,8 +126,8 @@ def _contact(results: Results) -> str:
     area = "" if results.areas is None else f" ({plain(1e6 * float(results.areas.sum()))} mm²)"
     facing = results.body is not None and results.body.facet_side.any()
     met = "the facets opposite" if facing else "an obstacle"
-    told = f"{points}{area} can meet {met} without friction across a gap of {across}."
-    return told + _rest(results.summary.get("at_rest"))
+    sentence = f"{points}{area} can meet {met} without friction across a gap of {across}."
+    return sentence + _rest(results.summary.get("at_rest"))
 
 
 def _rest(rest: dict[str, Any] | None) -> str:
@@ -168,18 +173,25 @@ def _counted(number: int, what: str) -> str:
 
 def _outcome(points: Sequence[BranchPoint]) -> str:
     first, last = points[0], points[-1]
-    highest = max(points, key=lambda point: point.frequency)
-    told = (
-        f"At a gamma ratio of {first.gamma_ratio:.4g} ({plain(first.energy)} J) the frequency is "
-        f"{first.frequency:.6g} Hz, at {last.gamma_ratio:.4g} ({plain(last.energy)} J) it is "
-        f"{last.frequency:.6g} Hz: {_compared(hardening(last))} that of the linear mode."
+    highest = max(points, key=lambda point: point.motion.frequency)
+    sentence = (
+        f"At a gamma ratio of {_at(first)} the frequency is {_hertz(first)}, at {_at(last)} it is "
+        f"{_hertz(last)}: {_compared(hardening(last))} that of the linear mode."
     )
-    if highest.frequency > last.frequency * (1 + 1e-6):
-        told += (
-            f" It is highest at {highest.gamma_ratio:.4g}: {highest.frequency:.6g} Hz "
+    if highest.motion.frequency > last.motion.frequency * (1 + 1e-6):
+        sentence += (
+            f" It is highest at {highest.gamma_ratio:.4g}: {_hertz(highest)} "
             f"({signed(hardening(highest))} %)."
         )
-    return told
+    return sentence
+
+
+def _at(point: BranchPoint) -> str:
+    return f"{point.gamma_ratio:.4g} ({plain(point.motion.energy)} J)"
+
+
+def _hertz(point: BranchPoint) -> str:
+    return f"{point.motion.frequency:.6g} Hz"
 
 
 def _compared(percent: float) -> str:
@@ -191,40 +203,40 @@ def _compared(percent: float) -> str:
 def _trust(points: Sequence[BranchPoint]) -> str:
     counts = Counter(point.status for point in points)
     listed = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
-    stable = sum(point.stability == STABLE for point in points)
-    known = sum(bool(point.stability) for point in points)
-    told = f"Of {len(points)} points: {listed}."
+    kinds = [point.stability.kind for point in points if point.stability]
+    stable, known = kinds.count(STABLE), len(kinds)
+    sentence = f"Of {len(points)} points: {listed}."
     if not known:
-        return told
+        return sentence
     which = "all of them are" if stable == known else f"{stable} {'is' if stable == 1 else 'are'}"
-    return f"{told} Stability is known of {known}: {which} stable."
+    return f"{sentence} Stability is known of {known}: {which} stable."
 
 
 def warnings(results: Results) -> list[str]:
     """What a reader must know before using a number, in plain words."""
     points, summary = results.points, results.summary
-    told = []
+    found = []
     if not summary:
-        told.append(
+        found.append(
             "There is no summary.json: the run was stopped before its end, and what is said below "
             "is about the points that it had."
         )
     elif not summary["complete"]:
-        told.append(f"The run did not get all that was asked for: {summary['reason']}.")
-    told += [
+        found.append(f"The run did not get all that was asked for: {summary['reason']}.")
+    found += [
         f"At {_place(each)} no motion on the branch was found: {each['reason']}."
         for each in summary.get("failures", [])
     ]
     counts = Counter(point.status for point in points)
-    told += [
+    found += [
         f"{counts[status]} of {len(points)} points {what}"
         for status, what in _DOUBTFUL.items()
         if counts[status]
     ]
     if summary and not counts[VERIFIED]:
-        told.append("No point is verified: see below why.")
-    told += _missed_tolerance(summary.get("auto", {}))
-    return told
+        found.append("No point is verified: see below why.")
+    found += _missed_tolerance(summary.get("auto", {}))
+    return found
 
 
 def _place(failure: dict[str, Any]) -> str:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from fenics_nnm.backbone import point_numbers as numbers
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.verdict import VERIFIED_CHANGE, VERIFIED_RETURN_ERROR
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
@@ -23,19 +26,33 @@ _ROUND_OFF = 1e-15
 
 
 class _Error(NamedTuple):
-    attribute: str
+    of: Callable[[BranchPoint], float]
     name: str
-    told: str
+    explained: str
 
 
 _ERRORS = (
-    _Error("return_error", "return error", "return error: distance from the start after a period"),
-    _Error("energy_variation", "energy variation", "energy variation of the series in time"),
-    _Error("energy_drift", "energy drift", "energy drift of the integration over ten periods"),
-    _Error("harmonics_error", "harmonics", "harmonics: error of the frequency by N harmonics"),
-    _Error("samples_error", "samples", "samples: the same by m samples of a period"),
-    _Error("reduction_error", "reduction", "reduction: the same by the modes left out"),
-    _Error("virial_error", "virial identity", "virial identity: how far it is off"),
+    _Error(
+        numbers.return_error, "return error", "return error: distance from the start after a period"
+    ),
+    _Error(
+        lambda point: point.balance.energy_variation,
+        "energy variation",
+        "energy variation of the series in time",
+    ),
+    _Error(
+        numbers.energy_drift, "energy drift", "energy drift of the integration over ten periods"
+    ),
+    _Error(
+        numbers.harmonics_error, "harmonics", "harmonics: error of the frequency by N harmonics"
+    ),
+    _Error(numbers.samples_error, "samples", "samples: the same by m samples of a period"),
+    _Error(numbers.reduction_error, "reduction", "reduction: the same by the modes left out"),
+    _Error(
+        lambda point: point.balance.virial_error,
+        "virial identity",
+        "virial identity: how far it is off",
+    ),
 )
 
 
@@ -43,15 +60,15 @@ def accuracy_plots(results: Results) -> list[Plot]:
     """The certificate; errors that are not known are left out."""
     figure = new_figure(4.1)
     axes = new_axes(figure, GAMMA, "relative error  (1)")
-    told = []
+    explained = []
     for error, (colour, marker) in zip(_ERRORS, CURVES, strict=True):
-        values = np.abs([getattr(point, error.attribute) for point in results.points])
+        values = np.abs([error.of(point) for point in results.points])
         values = np.where(values > _ROUND_OFF, values, np.nan)
         if np.isfinite(values).any():
             axes.plot(results.ratios, values, color=colour, marker=marker, ms=3, lw=1,
                       label=error.name)  # fmt: skip
-            told.append(error.told)
-    if not told:
+            explained.append(error.explained)
+    if not explained:
         return []
     axes.set_yscale("log")
     limits = {"5 % (return error)": VERIFIED_RETURN_ERROR, "0.1 % (frequency)": VERIFIED_CHANGE}
@@ -60,7 +77,7 @@ def accuracy_plots(results: Results) -> list[Plot]:
     legend_below(figure, axes, columns=3)
     caption = (
         "Relative errors (no unit) over the gamma ratio: "
-        + "; ".join(told)
+        + "; ".join(explained)
         + f". Verified motions come back within {VERIFIED_RETURN_ERROR:.0%} after a period "
         f"(dashed) and their frequency is within {VERIFIED_CHANGE:.1%} (dotted). "
         "Values below 1e-15 are left out."

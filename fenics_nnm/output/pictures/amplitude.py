@@ -24,20 +24,20 @@ class Amplitude:
     Attributes:
         values: In the unit, shape (points,).
         label: Label of an axis.
-        told: What it is, in words.
+        words: What it is, in words.
         unit: The unit.
     """
 
     values: Array
     label: str
-    told: str
+    words: str
     unit: Unit
 
 
-def _amplitude(values: list[float], name: str, told: str) -> Amplitude:
+def _amplitude(values: list[float], name: str, words: str) -> Amplitude:
     unit = unit_for(np.array(values), "m")
-    label, told = f"{name}  ({unit.name})", told.format(unit=unit.name)
-    return Amplitude(unit.factor * np.array(values), label, told, unit)
+    label, words = f"{name}  ({unit.name})", words.format(unit=unit.name)
+    return Amplitude(unit.factor * np.array(values), label, words, unit)
 
 
 def amplitude_of(results: Results) -> Amplitude:
@@ -47,18 +47,18 @@ def amplitude_of(results: Results) -> Amplitude:
         values = [
             np.abs(results.contact_displacement(point, phase)).max() for point in results.points
         ]
-        told = "the largest displacement of a contact point from rest over the period, in {unit}"
-        return _amplitude(values, "largest displacement at contact", told)
+        words = "the largest displacement of a contact point from rest over the period, in {unit}"
+        return _amplitude(values, "largest displacement at contact", words)
     body, tip = results.body, np.array([results.tip])
     values = [
         np.linalg.norm(body.displacement(point, phase, tip), axis=2).max()
         for point in results.points
     ]
-    told = (
+    words = (
         "the largest displacement from rest over the period, in {unit}, of the node that moves "
         f"most, at {place_of(body.nodes[tip[0]])}"
     )
-    return _amplitude(values, "largest displacement", told)
+    return _amplitude(values, "largest displacement", words)
 
 
 def place_of(at: Array) -> str:

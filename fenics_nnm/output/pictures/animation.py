@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, to_rgb
-from PIL import Image as PillowImage
+from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.output.pictures.body import OUTLINE, contact_balls, factor_for, size_of
+from fenics_nnm.output.pictures.body import contact_balls, factor_for, size_of
 from fenics_nnm.output.pictures.panels import (
     Animation,
     Plan,
@@ -25,20 +23,17 @@ from fenics_nnm.output.pictures.renderer import Image
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.scene import Camera, Faces, Layer, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import Skin, skin_of
-from fenics_nnm.output.pictures.style import RED, SIZE, label_bar, new_figure, unit_for
+from fenics_nnm.output.pictures.style import OUTLINE, RED, SIZE, label_bar, new_figure, unit_for
 from fenics_nnm.results.stored_branch import StoredBranch
 
-#: Frames of a period, and how long each is shown in ms.
-FRAMES, _SHOWN = 30, 70
+#: Frames of a period.
+FRAMES = 30
 
 #: Width of a frame in inches, its dots per inch, and most height over width.
 _WIDTH, _DPI, _SLENDEREST = 4.6, 110, 1.3
 
 #: Longer side of the drawn scene in pixels.
 _PIXELS = 480
-
-#: Rows of pure colours that the palette of a file must have, in pixels.
-_SWATCH = 40
 
 
 def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
@@ -74,7 +69,7 @@ def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
         times = "to scale" if factor == 1 else f"{factor:g} times as large"
         caption = (
             f"One period of nonlinear mode {results.header.mode} at gamma ratio "
-            f"{point.gamma_ratio:.4g} ({point.frequency:.5g} Hz). Colours: displacement in "
+            f"{point.gamma_ratio:.4g} ({point.motion.frequency:.5g} Hz). Colours: displacement in "
             f"{unit.name}, drawn {times}; lines: at rest; red balls: contact points that touch. "
             f"The middle of contact is at t / T = 0.5.{_overlap(body, factor)}"
         )
@@ -90,27 +85,6 @@ def _overlap(body: StoredBranch, factor: float) -> str:
     return " Gaps are not enlarged, so facing patches seem to pass through each other."
 
 
-def write_gif(path: Path, frames: Sequence[Image]) -> None:
-    """Write frames of one size as a GIF that goes on and on.
-
-    Raises:
-        OSError: if it cannot be written.
-    """
-    plain = PillowImage.Dither.NONE
-    swatches = [
-        np.full((_SWATCH, *frames[0].shape[1:]), [round(255 * part) for part in to_rgb(colour)])
-        for colour in ("white", RED, OUTLINE, "black")
-    ]
-    shown = np.vstack([*frames[:: max(1, len(frames) // 4)], *swatches]).astype(np.uint8)
-    palette = PillowImage.fromarray(shown).quantize(256, dither=plain)
-    images = [
-        PillowImage.fromarray(frame).quantize(palette=palette, dither=plain) for frame in frames
-    ]
-    images[0].save(
-        path, save_all=True, append_images=images[1:], duration=_SHOWN, loop=0, optimize=True
-    )
-
-
 def _touching(
     body: StoredBranch, skin: Skin, field: Array, touching: Indices, factor: float
 ) -> list[Layer]:
@@ -123,7 +97,7 @@ def _touching(
 
 
 def _title(point: BranchPoint) -> str:
-    return f"gamma ratio {point.gamma_ratio:.4g}, {point.frequency:.5g} Hz"
+    return f"gamma ratio {point.gamma_ratio:.4g}, {point.motion.frequency:.5g} Hz"
 
 
 def _frames(

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.verdict import CONVERGED, FAILED, RESONANT, VERIFIED
+from fenics_nnm.backbone.point import CONVERGED, FAILED, RESONANT, VERIFIED, BranchPoint
+from fenics_nnm.backbone.point_numbers import stability_kind
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
@@ -28,7 +28,19 @@ from fenics_nnm.output.pictures.style import (
     new_axes,
     new_figure,
 )
-from fenics_nnm.time_domain.bifurcations import KINDS, Place
+from fenics_nnm.time_domain.bifurcations import KINDS, BifurcationPoint
+
+
+class LinearMode(NamedTuple):
+    """The linear mode of a branch.
+
+    Attributes:
+        frequency: Its frequency in Hz.
+        at_one: What happens at gamma ratio 1.
+    """
+
+    frequency: float
+    at_one: str = "first contact"
 
 
 class Mark(NamedTuple):
@@ -75,10 +87,9 @@ def plot_backbone(
     points: Sequence[BranchPoint],
     *,
     title: str,
-    linear_frequency: float,
+    linear: LinearMode,
     failures: Sequence[Mapping[str, Any]] = (),
-    bifurcations: Sequence[Place] = (),
-    at_one: str = "first contact",
+    bifurcations: Sequence[BifurcationPoint] = (),
     curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
 ) -> None:
     """Frequency over gamma ratio and over energy, with the Rayleigh frequency.
@@ -89,26 +100,25 @@ def plot_backbone(
         path: Picture file to write.
         points: Points of the branch, by ascending energy.
         title: Title of the study.
-        linear_frequency: Frequency of the linear mode in Hz.
+        linear: The linear mode that the branch begins at.
         failures: Gamma or frequency ratios without a point, as in summary.json.
         bifurcations: Bifurcations to mark.
-        at_one: What happens at gamma ratio 1.
         curves: Further curves by name, as gamma ratios and frequencies in Hz.
     """
     figure = new_figure(4.4, 9.0)
     left, right = figure.subplots(1, 2, sharey=True)
-    ratios, energies = _of(points, "gamma_ratio"), _of(points, "energy")
+    ratios, energies = _gamma_ratios(points), _energies(points)
     _draw(left, ratios, points)
     _draw(right, energies, points)
     _draw_bifurcations(left, [place.gamma_ratio for place in bifurcations], bifurcations)
     _draw_bifurcations(right, [place.energy for place in bifurcations], bifurcations)
     for axes in (left, right):
-        axes.axhline(linear_frequency, color=GREY, lw=0.8, label="linear mode")
+        axes.axhline(linear.frequency, color=GREY, lw=0.8, label="linear mode")
     styles = ("k-", "k:", "k-.")
     for (name, (gamma, values)), style in zip((curves or {}).items(), styles, strict=False):
         left.plot(gamma, values, style, lw=1, label=name, zorder=0.5)
-    _draw_failures(left, failures, linear_frequency)
-    left.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
+    _draw_failures(left, failures, linear.frequency)
+    left.axvline(1, color=GREY, lw=0.8, ls=":", label=linear.at_one)
     label(left, GAMMA, "frequency  (Hz)")
     _set_energy_scale(right, energies)
     label(right, _ENERGY, "")
@@ -126,8 +136,8 @@ def frequency_plots(results: Results) -> list[Plot]:
     )
     axes = [
         ("gamma ratio", over_gamma, GAMMA, results.ratios),
-        ("energy", "the total energy in J", _ENERGY, _of(results.points, "energy")),
-        ("amplitude", amplitude.told, amplitude.label, amplitude.values),
+        ("energy", "the total energy in J", _ENERGY, _energies(results.points)),
+        ("amplitude", amplitude.words, amplitude.label, amplitude.values),
     ]
     return [_frequency_plot(results, *each) for each in axes]
 
@@ -135,7 +145,7 @@ def frequency_plots(results: Results) -> list[Plot]:
 def _frequency_plot(
     results: Results,
     over: str,
-    told: str,
+    words: str,
     abscissa_label: str,
     abscissa: Array,
 ) -> Plot:
@@ -144,7 +154,7 @@ def _frequency_plot(
     axes = new_axes(figure, abscissa_label, "frequency  (Hz)")
     _draw(axes, abscissa, results.points)
     if over != "amplitude":
-        places = _places(results.summary)
+        places = _bifurcations(results.summary)
         attribute = over.replace(" ", "_")
         _draw_bifurcations(axes, [getattr(place, attribute) for place in places], places)
     axes.axhline(results.linear_frequency, color=GREY, lw=0.8, label="linear mode")
@@ -164,27 +174,33 @@ def _frequency_plot(
     return Plot(
         name=f"frequency_{over.split()[0]}",
         title=f"Frequency over {over}",
-        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {told}."
+        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {words}."
         + (explained if over == "gamma ratio" else " Marks and lines as over the gamma ratio."),
         group="frequency",
         figure=figure,
     )
 
 
-def _of(points: Sequence[BranchPoint], name: str) -> Array:
-    return np.array([getattr(point, name) for point in points])
+def _gamma_ratios(points: Sequence[BranchPoint]) -> Array:
+    return np.array([point.gamma_ratio for point in points])
+
+
+def _energies(points: Sequence[BranchPoint]) -> Array:
+    return np.array([point.motion.energy for point in points])
 
 
 def _draw(axes: Axes, abscissa: Array, points: Sequence[BranchPoint]) -> None:
     """The curve by its stability, the points by their status, and the Rayleigh frequency."""
-    frequency = _of(points, "frequency")
+    frequency = np.array([point.motion.frequency for point in points])
     _draw_stability(axes, abscissa, frequency, [_stability(point) for point in points])
     _draw_marks(axes, abscissa, frequency, [point.status for point in points], _STATUSES)
-    rayleigh = _of(points, "rayleigh_frequency")
+    rayleigh = np.array([point.motion.rayleigh_frequency for point in points])
     axes.plot(abscissa, rayleigh, "-.", lw=1, color=ORANGE, label="Rayleigh frequency")
 
 
-def _draw_bifurcations(axes: Axes, abscissa: Sequence[float], places: Sequence[Place]) -> None:
+def _draw_bifurcations(
+    axes: Axes, abscissa: Sequence[float], places: Sequence[BifurcationPoint]
+) -> None:
     frequency = np.array([place.frequency for place in places])
     kinds = [place.kind for place in places]
     _draw_marks(axes, np.array(abscissa), frequency, kinds, _BIFURCATIONS)
@@ -228,7 +244,8 @@ def _set_energy_scale(axes: Axes, energies: Array) -> None:
 
 
 def _stability(point: BranchPoint) -> str:
-    return point.stability if point.stability in _LINES else "unstable"
+    kind = stability_kind(point)
+    return kind if kind in _LINES else "unstable"
 
 
 def _draw_stability(axes: Axes, x: Array, y: Array, kinds: Sequence[str]) -> None:
@@ -247,10 +264,10 @@ def _around(index: int, x: Array, y: Array) -> Array:
     return np.vstack([line, [np.nan, np.nan]])
 
 
-def _places(summary: Mapping[str, Any]) -> list[Place]:
+def _bifurcations(summary: Mapping[str, Any]) -> list[BifurcationPoint]:
     """Bifurcations as summary.json has them."""
     return [
-        Place(each["kind"], each["gamma_ratio"], each["energy_J"], each["frequency_Hz"])
+        BifurcationPoint(each["kind"], each["gamma_ratio"], each["energy_J"], each["frequency_Hz"])
         for each in summary.get("bifurcations", [])
     ]
 
@@ -265,7 +282,7 @@ def _number_resonances(axes: Axes, x: Array, points: Sequence[BranchPoint]) -> s
         axes.margins(y=_ROOM)
     taken: list[Array] = []
     for number, index in enumerate(entered.values(), start=1):
-        place = (x[index], points[index].frequency)
+        place = (x[index], points[index].motion.frequency)
         offset = _LETTER
         at = axes.transData.transform(place) * 72 / axes.figure.dpi + np.array([0, offset])
         while any(np.abs(at - other).max() < _LETTER for other in taken):
@@ -290,11 +307,11 @@ def _number_resonances(axes: Axes, x: Array, points: Sequence[BranchPoint]) -> s
 
 def _verdicts(points: Sequence[BranchPoint]) -> str:
     """What the marks of the points mean."""
-    told = {
+    words = {
         VERIFIED: "verified: confirmed by integration in time",
         CONVERGED: "converged: solves its equations, not confirmed in time",
         RESONANT: "inside resonance: another mode draws energy",
         FAILED: "failed: integration in time contradicts it",
     }
     found = {point.status for point in points}
-    return " Points are " + "; ".join(text for name, text in told.items() if name in found) + "."
+    return " Points are " + "; ".join(text for name, text in words.items() if name in found) + "."

@@ -16,7 +16,7 @@ from fenics_nnm.output.pictures.panels import (
     height_over_width,
     legend_of,
     round_below,
-    scale_told,
+    scale_words,
     show,
 )
 from fenics_nnm.output.pictures.renderer import Image
@@ -25,6 +25,7 @@ from fenics_nnm.output.pictures.scene import Balls, Camera, Faces, Layer, Lines,
 from fenics_nnm.output.pictures.skin import Skin, best_view, held, skin_of
 from fenics_nnm.output.pictures.style import (
     BLUE,
+    OUTLINE,
     RED,
     SIZE,
     WIDTH,
@@ -34,20 +35,16 @@ from fenics_nnm.output.pictures.style import (
     new_figure,
     unit_for,
 )
-from fenics_nnm.output.surface import face_normals
 from fenics_nnm.results.stored_branch import StoredBranch
 
-#: Colour of a body, and of its outline at rest.
-BODY, OUTLINE = "#d7dee6", "#707070"
+#: Colour of a body.
+BODY = "#d7dee6"
 
 #: Radius of the ball at a contact point, as a part of the size of the body.
 _BALL = 0.008
 
 #: The largest displacement is drawn as about this part of the size of the body.
 _ENLARGED = 0.12
-
-#: Faces with a smaller cosine to the viewer are seen edgewise.
-_EDGEWISE = 0.02
 
 #: Displacements that differ by less than this part are of one size.
 _TIE = 1e-3
@@ -150,7 +147,8 @@ def plan_mesh(body: StoredBranch, view: View) -> Plan:
     if fixed:
         layers.append(fixed)
 
-    views = [view, view.opposite] if fixed and not _is_seen(fixed, view) else [view]
+    hidden = fixed is not None and not fixed.is_seen(view.frame[2])
+    views = [view, view.opposite] if hidden else [view]
     cameras = [Camera.around(skin.places, each, pixels=_LARGE) for each in views]
 
     def finish(images: Sequence[Image]) -> Plot:
@@ -161,12 +159,12 @@ def plan_mesh(body: StoredBranch, view: View) -> Plan:
             show(axes, image, camera)
         entries = [("ball", RED, f"contact points ({len(body.contact_points)})")]
         if fixed:
-            entries.append(("face" if isinstance(fixed, Faces) else "line", BLUE, "clamped"))
+            entries.append((fixed.symbol, BLUE, "clamped"))
         legend_of(figure, entries)
         caption = (
             f"Mesh of {len(body.cells)} cells with {len(body.nodes)} nodes; balls: contact points, "
             f"{len(body.contact_points)} in all{_SIDES[len(views)]}. Lengths in the plane of the "
-            f"picture have the scale below it, of {scale_told(cameras[0])}."
+            f"picture have the scale below it, of {scale_words(cameras[0])}."
         )
         return Plot("mesh", "Mesh and contact points", caption, "body", figure)
 
@@ -180,13 +178,6 @@ def _clamp(skin: Skin, still: Array) -> Layer | None:
         return Faces(skin.places, faces, BLUE, edges=True) if len(faces) else None
     edges = skin.edges[still[skin.edges].all(axis=1)]
     return Lines(skin.places[edges], BLUE, 6.0) if len(edges) else None
-
-
-def _is_seen(fixed: Layer, view: View) -> bool:
-    """Whether a clamped face is turned to the viewer; edges and ends are seen from anywhere."""
-    if not isinstance(fixed, Faces):
-        return True
-    return bool((face_normals(fixed.nodes[fixed.corners]) @ view.frame[2] > _EDGEWISE).any())
 
 
 def plan_shapes(
@@ -284,7 +275,7 @@ def plan_energies(results: Results, body: StoredBranch, view: View) -> Plan:
     ]
     shapes = [
         Shape(
-            f"gamma ratio {point.gamma_ratio:.4g}\n{point.frequency:.5g} Hz",
+            f"gamma ratio {point.gamma_ratio:.4g}\n{point.motion.frequency:.5g} Hz",
             field,
         )
         for point, field in zip(results.chosen, fields, strict=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
-from fenics_nnm.casing import Cone, Plane, RadialSurface, Reversed, Surface
+from fenics_nnm.casing import Cone, Plane, RadialSurface, Reversed, RoundSurface, Surface
 from fenics_nnm.output.pictures.scene import Faces, Layer, Lines
 
 #: Colour of a casing, how much of it hides what is behind it, and how it is seen on white.
@@ -37,12 +39,16 @@ def casing_layers(surface: Surface, points: Array, size: float, dim: int) -> lis
     Raises:
         GeometryError: if the casing is not met about the points.
     """
-    places, least = in_space(points), _LEAST * size
-    whole = surface.surface if isinstance(surface, Reversed) else surface
-    if isinstance(whole, Plane):
-        return _layers(_of_plane(whole, places, least, dim))
-    assert isinstance(whole, Cone | RadialSurface)
-    return _layers(_of_round(whole, places, least, dim))
+    return _layers(_sheet(surface, in_space(points), _LEAST * size, dim))
+
+
+def _sheet(surface: Surface, points: Array, least: float, dim: int) -> Array:
+    """Places (a, b, 3) of a casing about points; one row of them in the plane."""
+    return _SHEET_OF[type(surface)](surface, points, least, dim)
+
+
+def _of_reversed(surface: Reversed, points: Array, least: float, dim: int) -> Array:
+    return _sheet(surface.surface, points, least, dim)
 
 
 def _layers(grid: Array) -> list[Layer]:
@@ -90,7 +96,7 @@ def _square_to(unit: Array, spread: Array) -> Array:
     return np.array([first / np.linalg.norm(first), np.cross(unit, first / np.linalg.norm(first))])
 
 
-def _of_round(casing: Cone | RadialSurface, points: Array, least: float, dim: int) -> Array:
+def _of_round(casing: RoundSurface, points: Array, least: float, dim: int) -> Array:
     """Places of a round casing about points: where rays from its axis meet it."""
     frame = casing.frame
     s, p = frame.split(points - frame.origin)
@@ -98,19 +104,8 @@ def _of_round(casing: Cone | RadialSurface, points: Array, least: float, dim: in
     turns = _turns(frame.unit, radial, least / float(np.linalg.norm(p, axis=1).max()))
     if dim < 3:
         return _met(casing, -frame.origin[2:] * frame.unit[2], turns)
-    low, high = _axial_range(casing, *_widened(s, least))
+    low, high = casing.axial_range(*_widened(s, least), tip=_TIP)
     return _met(casing, np.linspace(low, high, _ALONG + 1), turns)
-
-
-def _axial_range(casing: Cone | RadialSurface, low: float, high: float) -> tuple[float, float]:
-    """The part of a range of axial coordinates in which the casing has a radius."""
-    if isinstance(casing, RadialSurface):
-        return max(low, casing.radius.span[0]), min(high, casing.radius.span[1])
-    if casing.slope == 0:
-        return low, high
-    largest = casing.radius + max(casing.slope * low, casing.slope * high)
-    tip = (_TIP * largest - casing.radius) / casing.slope
-    return (max(low, tip), high) if casing.slope > 0 else (low, min(high, tip))
 
 
 def _turns(unit: Array, radial: Array, least: float) -> Array:
@@ -130,9 +125,17 @@ def _turns(unit: Array, radial: Array, least: float) -> Array:
     return np.asarray(np.cos(theta) * first + np.sin(theta) * second)
 
 
-def _met(casing: Cone | RadialSurface, s: Array, turns: Array) -> Array:
+def _met(casing: RoundSurface, s: Array, turns: Array) -> Array:
     """Places where rays from the axis at s (a,) along unit vectors (b, 3) meet it, (a, b, 3)."""
     rays = np.tile(turns, (len(s), 1))
     starts = casing.frame.origin + np.repeat(s, len(turns))[:, None] * casing.frame.unit
     met = starts + casing.distance(starts, rays)[:, None] * rays
     return np.asarray(met.reshape(len(s), len(turns), 3))
+
+
+_SHEET_OF: Mapping[type, Callable[..., Array]] = {
+    Reversed: _of_reversed,
+    Plane: _of_plane,
+    Cone: _of_round,
+    RadialSurface: _of_round,
+}

@@ -82,8 +82,8 @@ def touching_shares(results: Results) -> tuple[Array, Array, Array]:
         Three arrays over the points of the branch, from 0 to 1.
     """
     weight = results.series.weight
-    shares = [weight @ (point.force > 0) for point in results.points]
-    anywhere = [point.contact_fraction for point in results.points]
+    shares = [weight @ (point.motion.force > 0) for point in results.points]
+    anywhere = [point.motion.contact_fraction for point in results.points]
     return (
         np.array(anywhere),
         np.array([share.mean() for share in shares]),
@@ -187,7 +187,7 @@ def _label_map(axes: Axes, point: BranchPoint, *, last: bool) -> None:
     axes.grid(visible=False)
     axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))
     axes.set_title(
-        f"gamma ratio {point.gamma_ratio:.4g}, {point.frequency:.5g} Hz",
+        f"gamma ratio {point.gamma_ratio:.4g}, {point.motion.frequency:.5g} Hz",
         fontsize=8.5,
     )
 
@@ -206,7 +206,9 @@ def _duration(results: Results) -> Plot:
         axes.plot(results.ratios, values, color=colour, marker=marker, ms=size, lw=1, label=name)
     axes.set_ylim(bottom=0)
     legend_below(figure, axes, columns=3)
-    milliseconds = 1e3 * results.points[-1].contact_fraction / results.points[-1].frequency
+    milliseconds = (
+        1e3 * results.points[-1].motion.contact_fraction / results.points[-1].motion.frequency
+    )
     caption = (
         "Share of the period with contact (%) over the gamma ratio, counted at the "
         f"{results.header.samples} samples of a period. At the last point it is "

@@ -14,16 +14,14 @@ from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.mesh_groups import MeshGroups, gathered_groups
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.output.pictures.body import BODY, OUTLINE, contact_balls, size_of
+from fenics_nnm.output.pictures.body import BODY, contact_balls, size_of
 from fenics_nnm.output.pictures.casing_sheet import CASING_TINT, casing_layers
 from fenics_nnm.output.pictures.panels import height_over_width, legend_of, show
 from fenics_nnm.output.pictures.renderer import Image, RenderError, render
 from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer, Lines, Scene, View
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
-from fenics_nnm.output.pictures.style import BLACK, colours_of_parts, new_figure, unit_for
-from fenics_nnm.structure.contact_patches import casing_surface
-from fenics_nnm.study import MeshStudy, Study
-from fenics_nnm.study.casing import CasingSection
+from fenics_nnm.output.pictures.style import BLACK, OUTLINE, colours_of_parts, new_figure, unit_for
+from fenics_nnm.study.casing import AnyCasing
 
 #: Length of the arrows at contact points, as a part of the size of the body.
 _ARROW = 0.09
@@ -35,29 +33,10 @@ Entry = tuple[str, str, str]
 """Kind, colour and name of an entry of the legend."""
 
 #: What a round casing is called, by where the body is.
-_ROUND = {"inside": "casing", "outside": "shaft"}
 
 #: Names of groups stand so far apart, beside and above each other, in points, and in such boxes.
 _APART = np.array([60.0, 13.0])
 _BOX = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.5", "lw": 0.5, "alpha": 0.85}
-
-
-def roles_of(study: Study) -> dict[str, str]:
-    """What groups of facets are there for: held, or in contact."""
-    if not isinstance(study, MeshStudy):
-        return {}
-    clamped = dict.fromkeys(study.clamp.facets if study.clamp else (), "clamped")
-    patches = study.contact.patches.values()
-    touching = [name for patch in patches for name in (*patch.facets, *(patch.against or ()))]
-    return {**clamped, **dict.fromkeys(touching, "contact")}
-
-
-def casings_of(study: Study) -> dict[int, CasingSection]:
-    """Casings of a study by the number of their patch."""
-    if not isinstance(study, MeshStudy):
-        return {}
-    patches = enumerate(study.contact.patches.values())
-    return {number: patch.casing for number, patch in patches if patch.casing is not None}
 
 
 def draw_groups(
@@ -65,7 +44,7 @@ def draw_groups(
     tagged: TaggedMesh,
     roles: Mapping[str, str],
     interface: ContactInterface | None = None,
-    casings: Mapping[int, CasingSection] | None = None,
+    casings: Mapping[int, AnyCasing] | None = None,
 ) -> None:
     """Draw a mesh with its groups, and with its contact points and casings if they are known.
 
@@ -100,7 +79,7 @@ def _draw(
     groups: MeshGroups,
     roles: Mapping[str, str],
     interface: ContactInterface | None,
-    casings: Mapping[int, CasingSection],
+    casings: Mapping[int, AnyCasing],
 ) -> None:
     skin = skin_around(groups.nodes, groups.faces, groups.dim)
     directions = interface.directions if interface else np.empty((0, groups.dim))
@@ -110,7 +89,7 @@ def _draw(
     if interface:
         layers += _contact(interface, size_of(skin.places))
         layers += _casings(interface, casings, size_of(skin.places))
-    places = np.vstack([skin.places, *(_reach(layer) for layer in layers)])
+    places = np.vstack([skin.places, *(layer.reach for layer in layers)])
     cameras = [Camera.around(places, view, pixels=_PIXELS, slenderness=0.3) for view in views]
     images = render([Scene(layers, camera) for camera in cameras])
     entries = _entries(groups, roles, interface)
@@ -191,23 +170,16 @@ def _contact(interface: ContactInterface, size: float) -> list[Layer]:
 
 
 def _casings(
-    interface: ContactInterface, casings: Mapping[int, CasingSection], size: float
+    interface: ContactInterface, casings: Mapping[int, AnyCasing], size: float
 ) -> list[Layer]:
     dim = interface.points.shape[1]
     return [
         layer
         for number, casing in casings.items()
         for layer in casing_layers(
-            casing_surface(casing), interface.points[interface.patch == number], size, dim
+            casing.surface(), interface.points[interface.patch == number], size, dim
         )
     ]
-
-
-def _reach(layer: Layer) -> Array:
-    """Places in m that a layer reaches to besides the body, shape (p, 3)."""
-    if isinstance(layer, Arrows):
-        return layer.places + layer.vectors
-    return layer.ends.reshape(-1, 3) if isinstance(layer, Lines) else np.empty((0, 3))
 
 
 def _entries(
@@ -218,8 +190,8 @@ def _entries(
     entries = []
     colours = colours_of_parts(len(groups.facets))
     for colour, (name, corners) in zip(colours, groups.facets.items(), strict=True):
-        told = [f"{len(corners)} facets", roles.get(name) or _covered(groups, corners, roles)]
-        entries.append((kind, colour, f"{name} ({', '.join(filter(None, told))})"))
+        notes = [f"{len(corners)} facets", roles.get(name) or _covered(groups, corners, roles)]
+        entries.append((kind, colour, f"{name} ({', '.join(filter(None, notes))})"))
     if len(groups.cells) > 1:
         colours = colours_of_parts(len(groups.cells), light=True)
         entries += [
@@ -241,15 +213,12 @@ def _covered(groups: MeshGroups, corners: Indices, roles: Mapping[str, str]) -> 
     return f"part of {', '.join(sorted(found))}" if found and "" not in found else ""
 
 
-def _casing_entries(
-    interface: ContactInterface, casings: Mapping[int, CasingSection]
-) -> list[Entry]:
+def _casing_entries(interface: ContactInterface, casings: Mapping[int, AnyCasing]) -> list[Entry]:
     """Casings in the legend, with the patch where there are several."""
     entries = []
     for number, casing in casings.items():
-        name = "obstacle" if casing.shape == "plane" else _ROUND[casing.body or "inside"]
         of = f" of {interface.names[number]}" if len(interface.names) > 1 else ""
-        entries.append(("face", CASING_TINT, f"{name}{of} ({casing.shape})"))
+        entries.append(("face", CASING_TINT, f"{casing.word}{of} ({casing.shape})"))
     return entries
 
 

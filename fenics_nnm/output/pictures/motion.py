@@ -42,7 +42,7 @@ def motion_plots(results: Results) -> list[Plot]:
 
 def _phase_of_contact(results: Results) -> Plot:
     """Displacement and velocity of the contact point that is pushed most."""
-    point = int(np.argmax(results.points[-1].force.max(axis=0)))
+    point = int(np.argmax(results.points[-1].motion.force.max(axis=0)))
     chosen = results.chosen
     displacements = [results.contact_displacement(each, _ORBIT)[:, point] for each in chosen]
     velocities = [results.contact_velocity(each, _ORBIT)[:, point] for each in chosen]
@@ -86,7 +86,7 @@ def _phase_plot(
 ) -> Plot:
     """Velocities over displacements, a curve an energy; `direction` on the axes and in full."""
     length, speed = unit_for(np.array(displacements), "m"), unit_for(np.array(velocities), "m/s")
-    short, told = direction
+    short, words = direction
     figure = new_figure(3.7)
     axes = new_axes(
         figure, f"displacement {short}  ({length.name})", f"velocity {short}  ({speed.name})"
@@ -98,7 +98,7 @@ def _phase_plot(
         name = f"{each.gamma_ratio:.4g}"
         axes.plot(length.factor * u, speed.factor * v, color=colour, lw=1.1, label=name)
     caption = (
-        f"Displacement in {length.name} and velocity in {speed.name} {told} over one period, at "
+        f"Displacement in {length.name} and velocity in {speed.name} {words} over one period, at "
         "chosen energies."
     )
     if gap is not None:

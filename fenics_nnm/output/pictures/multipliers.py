@@ -8,6 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array, Complex
+from fenics_nnm.backbone.point_numbers import largest_multiplier
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     AMOUNT,
@@ -42,10 +43,11 @@ def multiplier_plots(results: Results) -> list[Plot]:
 
 def _in_the_plane(results: Results) -> list[Plot]:
     """All multipliers with the unit circle, coloured by the gamma ratio."""
-    counts = [len(point.multipliers) for point in results.points]
+    known = [point.stability for point in results.points]
+    counts = [len(each.multipliers) if each else 0 for each in known]
     if not any(counts):
         return []
-    multipliers = np.concatenate([point.multipliers for point in results.points])
+    multipliers = np.concatenate([each.multipliers for each in known if each])
     ratios = np.repeat(results.ratios, counts)
     modulus = np.abs(multipliers)
     beyond, off = modulus > _NEAR, np.abs(modulus - 1) > _OFF
@@ -69,7 +71,7 @@ def _in_the_plane(results: Results) -> list[Plot]:
         "Floquet multipliers (no unit) of the exact motion near each point, coloured by the gamma "
         "ratio; the two that are always 1 are left out. They come as mu, 1/mu and their conjugates:"
         " a motion is stable if all are on the unit circle."
-        + (_told_beyond(multipliers, beyond) if beyond.any() else "")
+        + (_beyond_explained(multipliers, beyond) if beyond.any() else "")
         + (f" Not known at {missing} of {len(counts)} points." if missing else "")
     )
     title = "Floquet multipliers in the complex plane"
@@ -91,7 +93,7 @@ def _dots(
                      s=size, linewidths=width, edgecolors=BLACK, label=name, zorder=3)  # fmt: skip
 
 
-def _told_beyond(multipliers: Complex, beyond: Array) -> str:
+def _beyond_explained(multipliers: Complex, beyond: Array) -> str:
     moduli = np.abs(multipliers[beyond])
     return (
         f" Triangles: moduli from {moduli.min():.3g} to {moduli.max():.3g}, drawn at {_NEAR:g} in "
@@ -100,7 +102,7 @@ def _told_beyond(multipliers: Complex, beyond: Array) -> str:
 
 
 def _largest(results: Results) -> list[Plot]:
-    largest = np.array([point.largest_multiplier for point in results.points])
+    largest = np.array([largest_multiplier(point) for point in results.points])
     if not np.isfinite(largest).any():
         return []
     figure = new_figure(3.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from fenics_nnm.output.pictures.gif import write_gif
 from fenics_nnm.output.pictures.renderer import Image
 from fenics_nnm.output.pictures.scene import Camera, Scene
 from fenics_nnm.output.pictures.style import Plot, Unit, unit_for
@@ -45,6 +47,15 @@ class Animation:
     caption: str
     group: str
     frames: Sequence[Image]
+
+    def save(self, folder: Path, formats: Sequence[str]) -> tuple[str, ...]:
+        """Write it as a GIF, whatever the formats of plots; the name of its file.
+
+        Raises:
+            OSError: if it cannot be written.
+        """
+        write_gif(folder / f"{self.name}.gif", self.frames)
+        return (f"{self.name}.gif",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +125,7 @@ def _scale(camera: Camera) -> tuple[float, Unit]:
     return length, unit_for(np.array([length]), "m")
 
 
-def scale_told(camera: Camera) -> str:
+def scale_words(camera: Camera) -> str:
     """Length of the scale below a picture, with its unit."""
     length, unit = _scale(camera)
     return f"{length * unit.factor:g} {unit.name}"
@@ -125,7 +136,7 @@ def _draw_scale(axes: Axes, camera: Camera, height: float) -> None:
     length, _ = _scale(camera)
     start = left + 0.04 * (right - left)
     axes.plot([start, start + length], [height, height], color="black", lw=1.5)
-    name = f"{scale_told(camera)}\n"
+    name = f"{scale_words(camera)}\n"
     axes.text(start + length / 2, height, name, ha="center", va="center", fontsize=7.5)
 
 

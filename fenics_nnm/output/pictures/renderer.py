@@ -12,7 +12,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -66,10 +65,10 @@ def render(scenes: Sequence[Scene]) -> list[Image]:
 def _reason(ended: subprocess.CompletedProcess[str]) -> str:
     """Why a process failed: the last line that it wrote."""
     lines = [line for line in ended.stderr.splitlines() if line.strip()]
-    told = lines[-1].strip() if lines else ""
+    message = lines[-1].strip() if lines else ""
     if ended.returncode < 0:
-        return f"VTK ended by signal {-ended.returncode}" + (f": {told}" if told else "")
-    return told or f"VTK ended with code {ended.returncode}"
+        return f"VTK ended by signal {-ended.returncode}" + (f": {message}" if message else "")
+    return message or f"VTK ended with code {ended.returncode}"
 
 
 def _drawn(scene: Scene, pyvista: Any) -> Image:
@@ -79,12 +78,9 @@ def _drawn(scene: Scene, pyvista: Any) -> Image:
     plotter.set_background("white")
     size = float(np.max(camera.high - camera.low))
     for number, layer in enumerate(scene.layers):
-        near = number * _NEARER * size * camera.frame[2]
-        if isinstance(layer, Lines):
-            layer = replace(layer, ends=layer.ends + _LINES_NEARER * size * camera.frame[2])
-        elif isinstance(layer, Faces):
-            layer = replace(layer, nodes=layer.nodes + near)
-        _ADD[type(layer)](plotter, layer, pyvista)
+        faces = number * _NEARER * size * camera.frame[2]
+        lines = _LINES_NEARER * size * camera.frame[2]
+        _ADD[type(layer)](plotter, layer.nearer(faces, lines), pyvista)
     _aim(plotter, camera)
     image = np.asarray(plotter.screenshot(return_img=True))[:, :, :3].astype(np.float64)
     plotter.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.forces import contact_force_rates, contact_forces
+from fenics_nnm.mechanics.motion import force_rates_at, forces_at
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
@@ -74,41 +73,43 @@ class Results:
     @property
     def touching(self) -> tuple[BranchPoint, ...]:
         """Points with contact."""
-        return tuple(point for point in self.points if point.force.max(initial=0.0) > 0)
+        return tuple(point for point in self.points if point.motion.force.max(initial=0.0) > 0)
 
     @property
     def chosen(self) -> tuple[BranchPoint, ...]:
         """Points that pictures of motions show: those reported, or else the branch's ends."""
-        continuation = tomllib.loads(self.header.study).get("continuation", {})
+        continuation = self.header.values.get("continuation", {})
         wanted = continuation.get("report_at", [])
         return _spread(_first_of_each(self.points, wanted) or self.touching or self.points)
 
     @property
     def chosen_touching(self) -> tuple[BranchPoint, ...]:
         """Chosen points with contact, or else some with contact."""
-        chosen = [point for point in self.chosen if point.force.max(initial=0.0) > 0]
+        chosen = [point for point in self.chosen if point.motion.force.max(initial=0.0) > 0]
         return tuple(chosen) or _spread(self.touching)
 
     def forces(self, point: BranchPoint, phase: Array) -> Array:
         """Contact forces in N at phases omega t, shape (len(phase), n_c)."""
-        return contact_forces(self.model, self.series, point, phase)
+        return forces_at(self.model, self.series, point.motion, phase)
 
     def contact_displacement(self, point: BranchPoint, phase: Array) -> Array:
         """Displacement of the contact points towards the obstacle in m, (len(phase), n_c)."""
-        free = self.series.basis_at(phase) @ point.free
+        free = self.series.basis_at(phase) @ point.motion.free
         return np.asarray(free - self.forces(point, phase) @ self.model.R)
 
     def contact_velocity(self, point: BranchPoint, phase: Array) -> Array:
         """Velocity of the contact points towards the obstacle in m/s, (len(phase), n_c)."""
-        free = self.series.rate_at(phase) @ point.free
-        rates = contact_force_rates(self.model, self.series, point, phase)
-        return 2 * np.pi * point.frequency * np.asarray(free - rates @ self.model.R)
+        free = self.series.rate_at(phase) @ point.motion.free
+        rates = force_rates_at(self.model, self.series, point.motion, phase)
+        return 2 * np.pi * point.motion.frequency * np.asarray(free - rates @ self.model.R)
 
     def middle(self, point: BranchPoint) -> float:
         """Phase of the middle of contact; 0 where contact is spread over the period."""
         phase = self.series.phase
-        total = (self.series.weight @ (point.force.sum(axis=1)[:, None] * _circle(phase, self)))[0]
-        mean = float(self.series.weight @ point.force.sum(axis=1))
+        total = (
+            self.series.weight @ (point.motion.force.sum(axis=1)[:, None] * _circle(phase, self))
+        )[0]
+        mean = float(self.series.weight @ point.motion.force.sum(axis=1))
         return float(np.angle(total)) if abs(total) > _NO_MIDDLE * mean else 0.0
 
     def period_about(self, point: BranchPoint, instants: int) -> tuple[Array, Array]:

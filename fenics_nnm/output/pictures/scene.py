@@ -7,17 +7,25 @@ plane are true.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol, Self
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.output.surface import face_normals
 
 #: The three axes, the upward one last.
 _AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 #: Pictures are larger than what they show by this part on each side.
 _MARGIN = 0.04
+
+#: Faces with a smaller cosine to the viewer are seen edgewise.
+_EDGEWISE = 0.02
+
+#: No places, shape (0, 3).
+_NOWHERE: Array = np.empty((0, 3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +118,24 @@ class Camera:
         return np.asarray(places @ self.frame[:2].T)
 
 
+class Layer(Protocol):
+    """A part of what is drawn."""
+
+    @property
+    def symbol(self) -> str:
+        """How it is shown in a legend: "face", "line", "ball" or "arrow"."""
+
+    @property
+    def reach(self) -> Array:
+        """Places in m that it reaches to besides the body, shape (p, 3)."""
+
+    def nearer(self, faces: Array, lines: Array) -> Self:
+        """The same nearer to the viewer: faces by one vector in m, lines by another."""
+
+    def is_seen(self, towards: Array) -> bool:
+        """Whether any of it is turned to a viewer in the direction of a unit vector."""
+
+
 @dataclass(frozen=True, slots=True)
 class Faces:
     """Triangles or quadrangles, of one colour or coloured by values at the nodes.
@@ -136,6 +162,24 @@ class Faces:
     edges: bool = False
     lit: bool = True
 
+    @property
+    def symbol(self) -> str:
+        """As `Layer.symbol`."""
+        return "face"
+
+    @property
+    def reach(self) -> Array:
+        """None: faces are those of the body, or of a casing whose edge is drawn."""
+        return _NOWHERE
+
+    def nearer(self, faces: Array, lines: Array) -> Faces:
+        """As `Layer.nearer`."""
+        return replace(self, nodes=self.nodes + faces)
+
+    def is_seen(self, towards: Array) -> bool:
+        """Whether a face is turned to the viewer."""
+        return bool((face_normals(self.nodes[self.corners]) @ towards > _EDGEWISE).any())
+
 
 @dataclass(frozen=True, slots=True)
 class Lines:
@@ -144,6 +188,24 @@ class Lines:
     ends: Array
     colour: str = "black"
     width: float = 2.0
+
+    @property
+    def symbol(self) -> str:
+        """As `Layer.symbol`."""
+        return "line"
+
+    @property
+    def reach(self) -> Array:
+        """The ends."""
+        return self.ends.reshape(-1, 3)
+
+    def nearer(self, faces: Array, lines: Array) -> Lines:
+        """As `Layer.nearer`."""
+        return replace(self, ends=self.ends + lines)
+
+    def is_seen(self, towards: Array) -> bool:
+        """Lines are seen from anywhere."""
+        return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +216,24 @@ class Balls:
     radii: Array
     colour: str = "black"
 
+    @property
+    def symbol(self) -> str:
+        """As `Layer.symbol`."""
+        return "ball"
+
+    @property
+    def reach(self) -> Array:
+        """None: balls are small, and on the body."""
+        return _NOWHERE
+
+    def nearer(self, faces: Array, lines: Array) -> Balls:
+        """The same: balls stand out of the body."""
+        return self
+
+    def is_seen(self, towards: Array) -> bool:
+        """Balls are seen from anywhere."""
+        return True
+
 
 @dataclass(frozen=True, slots=True)
 class Arrows:
@@ -163,9 +243,23 @@ class Arrows:
     vectors: Array
     colour: str = "black"
 
+    @property
+    def symbol(self) -> str:
+        """As `Layer.symbol`."""
+        return "arrow"
 
-Layer = Faces | Lines | Balls | Arrows
-"""A part of what is drawn."""
+    @property
+    def reach(self) -> Array:
+        """The tips."""
+        return self.places + self.vectors
+
+    def nearer(self, faces: Array, lines: Array) -> Arrows:
+        """The same: arrows stand out of the body."""
+        return self
+
+    def is_seen(self, towards: Array) -> bool:
+        """Arrows are seen from anywhere."""
+        return True
 
 
 @dataclass(frozen=True, slots=True)

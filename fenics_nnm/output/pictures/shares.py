@@ -26,8 +26,8 @@ _SMALLEST = 1e-8
 def share_plots(results: Results) -> list[Plot]:
     """Harmonics and modes of the motion, where there is more than one of them."""
     series, points = results.series, results.points
-    harmonics = 100 * np.array([harmonic_shares(series, point.q) for point in points])
-    modes = 100 * np.array([kinetic_shares(series, point.q) for point in points])
+    harmonics = 100 * np.array([harmonic_shares(series, point.motion.q) for point in points])
+    modes = 100 * np.array([kinetic_shares(series, point.motion.q) for point in points])
     hertz = results.model.omega / (2 * np.pi)
     mode = results.header.mode
     return [

@@ -118,7 +118,7 @@ def space_time_plots(results: Results) -> list[Plot]:
     caption = (
         f"Displacement in {length.name} and velocity in {speed.name} along {letter}, means over "
         f"the nodes of each cross-section, over the place along {along} in mm and one period, "
-        f"at gamma ratio {point.gamma_ratio:.4g} ({point.frequency:.5g} Hz). The middle of "
+        f"at gamma ratio {point.gamma_ratio:.4g} ({point.motion.frequency:.5g} Hz). The middle of "
         "contact is at time 0."
     )
     return [Plot("space_time", "Motion over place and time", caption, "motion", figure)]

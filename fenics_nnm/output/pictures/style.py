@@ -22,6 +22,9 @@ from fenics_nnm.arrays import Array
 BLUE, ORANGE, GREEN, RED = "#0072b2", "#e69f00", "#009e73", "#d55e00"
 PURPLE, SKY, BLACK, GREY = "#cc79a7", "#56b4e9", "#000000", "0.55"
 
+#: Colour of the outline of a body at rest.
+OUTLINE = "#707070"
+
 #: Colours and markers of curves that have no colour of their own, in this order.
 CURVES = tuple(zip((BLUE, RED, GREEN, PURPLE, SKY, ORANGE, BLACK), "osD^vPX", strict=True))
 
@@ -74,6 +77,14 @@ class Plot:
     caption: str
     group: str
     figure: Figure
+
+    def save(self, folder: Path, formats: Sequence[str]) -> tuple[str, ...]:
+        """Write it in all formats; the names of its files.
+
+        Raises:
+            OSError: if it cannot be written.
+        """
+        return save(self.figure, folder, self.name, formats)
 
 
 def new_figure(height: float = 3.3, width: float = WIDTH) -> Figure:

@@ -1,0 +1,74 @@
+"""Which way a branch is followed at first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from fenics_nnm.continuation.arc_length import CurvePoint, Metric, Problem, curve_point, null_space
+from fenics_nnm.errors import ModelError
+from fenics_nnm.nonlinear.conditions import Quantity
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.unknowns import Unknowns
+
+#: A slope below this shows no direction.
+_LEVEL = 1e-9
+
+
+class Heading(Protocol):
+    """A direction to set out in."""
+
+    def first(self, problem: Problem, start: Solution) -> CurvePoint:
+        """A motion with the tangent that leads the wanted way.
+
+        Raises:
+            ModelError: if the heading shows no direction there.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Along:
+    """Along a change of the unknowns.
+
+    Attributes:
+        way: The change.
+    """
+
+    way: Unknowns
+
+    def first(self, problem: Problem, start: Solution) -> CurvePoint:
+        """A motion with the tangent that leads this way."""
+        equations = problem.about(start.omega)
+        return curve_point(equations, start, Metric.about(equations, start.at).scaled(self.way))
+
+
+@dataclass(frozen=True, slots=True)
+class Rising:
+    """The way in which a quantity rises, or falls.
+
+    Attributes:
+        quantity: Quantity.
+        falls: Whether it falls.
+    """
+
+    quantity: Quantity
+    falls: bool = False
+
+    def first(self, problem: Problem, start: Solution) -> CurvePoint:
+        """A motion with the tangent along which the quantity rises, or falls.
+
+        Raises:
+            ModelError: if it does neither.
+        """
+        equations = problem.about(start.omega)
+        metric = Metric.about(equations, start.at)
+        _, vectors = null_space(equations, metric, start)
+        first = curve_point(equations, start, vectors[0])
+        slope = self.quantity.slope(equations, start, first.metric.unscaled(first.tangent))
+        if abs(slope) < _LEVEL:
+            way = "down" if self.falls else "up"
+            raise ModelError(
+                f'heading "{self.quantity.name} {way}": the branch is level there; '
+                "head by another quantity"
+            )
+        return first.turned() if (slope > 0) == self.falls else first

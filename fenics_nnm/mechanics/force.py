@@ -1,0 +1,158 @@
+"""Forces on the modal coordinates over a whole period, besides contact.
+
+Contact forces follow from a law at each sample (`mechanics.contact_law`), since flexibility that
+the modes lack takes part in them. All other forces follow from the motion of the coordinates: a
+force sees displacement, velocity and acceleration at all samples in order, and gives its harmonics
+and their derivatives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.fourier import Series
+
+
+@dataclass(frozen=True, slots=True)
+class SampledMotion:
+    """A periodic motion of the coordinates: what a force sees of it.
+
+    Attributes:
+        series: Series in time.
+        q: Coefficients, shape (c, J).
+        omega: Circular frequency.
+    """
+
+    series: Series
+    q: Array
+    omega: float
+
+    @property
+    def displacement(self) -> Array:
+        """Coordinates at the samples, shape (s, J)."""
+        return self.series.synthesis @ self.q
+
+    @property
+    def velocity(self) -> Array:
+        """Their velocities, shape (s, J)."""
+        return self.omega * self.series.rate_at(self.series.phase) @ self.q
+
+    @property
+    def acceleration(self) -> Array:
+        """Their accelerations, shape (s, J)."""
+        return self.series.synthesis @ (-((self.series.order[:, None] * self.omega) ** 2) * self.q)
+
+
+class Force(Protocol):
+    """A force that the motion of the coordinates determines."""
+
+    @property
+    def conservative(self) -> bool:
+        """Whether it has a potential."""
+
+    def harmonics(self, motion: SampledMotion) -> Array:
+        """Its harmonics, on the left-hand side of the equations of motion, shape (c, J)."""
+
+    def tangent(self, motion: SampledMotion) -> Array:
+        """Derivative of the harmonics by the coefficients, shape (c J, c J), by (n, j)."""
+
+    def by_omega(self, motion: SampledMotion) -> Array:
+        """Derivative of the harmonics by the frequency, shape (c, J)."""
+
+    def mean_virial(self, motion: SampledMotion) -> float:
+        """Mean over the period of the force times the coordinates."""
+
+    def mean_potential(self, motion: SampledMotion) -> float:
+        """Mean over the period of its potential."""
+
+    def at(self, q: Array, velocity: Array) -> Array:
+        """The force at a state, shape (J,)."""
+
+    def tangent_at(self, q: Array, velocity: Array) -> tuple[Array, Array]:
+        """Its derivatives by coordinates and velocities at a state, each of shape (J, J)."""
+
+    def potential_at(self, q: Array) -> float:
+        """Its potential at coordinates of shape (J,)."""
+
+    def scaled(self, amplitude: float, energy: float) -> Force:
+        """The same in units of coordinates and energy of a dimensionless model."""
+
+    def of_part(self, shapes: Array) -> Force:
+        """The force on a part of the model, whose coordinates move these by (J, k) shapes."""
+
+
+@dataclass(frozen=True, slots=True)
+class CubicSprings:
+    r"""Springs with a force k3 x^3 along rows of shapes, x = psi q.
+
+    The harmonics are exact where the series has m > 4 N samples: the cube of N harmonics, projected
+    on N.
+
+    Attributes:
+        shapes: Displacement of each spring per modal coordinate (psi), kg^-1/2, shape (p, J).
+        cubic: Cubic stiffnesses k3 in N/m^3, shape (p,).
+    """
+
+    shapes: Array
+    cubic: Array
+
+    @property
+    def conservative(self) -> bool:
+        """It has the potential k3 x^4 / 4."""
+        return True
+
+    def harmonics(self, motion: SampledMotion) -> Array:
+        """Harmonics of psi^T k3 x^3, shape (c, J)."""
+        force = self.cubic * self._moved(motion) ** 3
+        return np.asarray(motion.series.analysis @ force @ self.shapes)
+
+    def tangent(self, motion: SampledMotion) -> Array:
+        """Derivative: sum_k A_nk S_kn' psi^T 3 k3 x_k^2 psi."""
+        series, modes = motion.series, self.shapes.shape[1]
+        stiffness = 3 * self.cubic * self._moved(motion) ** 2
+        by_spring = np.einsum("ak,kp,kb->abp", series.analysis, stiffness, series.synthesis)
+        whole = np.einsum("abp,pi,pj->aibj", by_spring, self.shapes, self.shapes, optimize=True)
+        size = len(series.order) * modes
+        return np.asarray(whole.reshape(size, size))
+
+    def by_omega(self, motion: SampledMotion) -> Array:
+        """It does not depend on the frequency."""
+        return np.zeros_like(motion.q)
+
+    def mean_virial(self, motion: SampledMotion) -> float:
+        """<k3 x^4>."""
+        return float(motion.series.weight @ (self._moved(motion) ** 4 @ self.cubic))
+
+    def mean_potential(self, motion: SampledMotion) -> float:
+        """<k3 x^4> / 4."""
+        return self.mean_virial(motion) / 4
+
+    def at(self, q: Array, velocity: Array) -> Array:
+        """The force at a state, shape (J,)."""
+        return np.asarray((self.cubic * (self.shapes @ q) ** 3) @ self.shapes)
+
+    def tangent_at(self, q: Array, velocity: Array) -> tuple[Array, Array]:
+        """Its derivatives by coordinates and velocities at a state."""
+        stiffness = 3 * self.cubic * (self.shapes @ q) ** 2
+        by_q = (self.shapes.T * stiffness) @ self.shapes
+        return by_q, np.zeros_like(by_q)
+
+    def potential_at(self, q: Array) -> float:
+        """Its potential at coordinates of shape (J,)."""
+        return float(self.cubic @ (self.shapes @ q) ** 4) / 4
+
+    def scaled(self, amplitude: float, energy: float) -> CubicSprings:
+        """The same in units of coordinates (kg^1/2 m) and energy (J)."""
+        return CubicSprings(self.shapes, self.cubic * amplitude**4 / energy)
+
+    def of_part(self, shapes: Array) -> CubicSprings:
+        """The force on a part of the model, whose coordinates move these by (J, k) shapes."""
+        return CubicSprings(self.shapes @ shapes, self.cubic)
+
+    def _moved(self, motion: SampledMotion) -> Array:
+        """Displacements of the springs at the samples, shape (s, p)."""
+        return motion.displacement @ self.shapes.T

@@ -1,0 +1,44 @@
+"""What a motion obeys: model, state of rest, linear part, forces, excitation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fenics_nnm.mechanics.excitation import Excitation
+from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.linear_part import LinearPart, ModalPart
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.rest import RestState
+
+
+@dataclass(frozen=True, slots=True)
+class Mechanics:
+    """A reduced model with all that acts on it.
+
+    Attributes:
+        model: Reduced model.
+        rest: Its state of rest, and linear modes about it.
+        linear: What harmonics see linearly.
+        forces: Forces besides contact that the motion determines.
+        excitations: Given forces; a motion without any is free.
+    """
+
+    model: ReducedModel
+    rest: RestState
+    linear: LinearPart
+    forces: tuple[Force, ...] = ()
+    excitations: tuple[Excitation, ...] = ()
+
+    @classmethod
+    def of(cls, model: ReducedModel, forces: tuple[Force, ...] = ()) -> Mechanics:
+        """A free, conservative structure.
+
+        Raises:
+            ModelError: if a gap is not positive where contact points carry mass.
+        """
+        return cls(model, model.at_rest(), ModalPart(model.omega), forces)
+
+    @property
+    def free(self) -> bool:
+        """Whether nothing drives the motion: a shift in time gives another motion then."""
+        return not self.excitations

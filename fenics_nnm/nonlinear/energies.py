@@ -1,0 +1,121 @@
+"""Energies of a periodic motion of a reduced model, and the virial identity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.mechanics.force import SampledMotion
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.mechanics import Mechanics
+from fenics_nnm.nonlinear.unknowns import Unknowns
+
+
+@dataclass(frozen=True, slots=True)
+class Energies:
+    """Energies of a periodic motion (Laxalde and Legrand 2011, Eqs. 9-12, with n^2 in h).
+
+    All count from the state of rest: U is the displacement from there, lambda_s and c_s are forces
+    and clearances at rest, c the clearances; <,> is the mean over the period of the sum over the
+    contact points. With positive gaps lambda_s = 0 and c_s is the gap.
+
+    Attributes:
+        stiffness: k^ = sum_n U_n* K U_n, twice the mean strain energy of U.
+        mass: m^ = sum_n n^2 U_n* M U_n; omega^2 m^ is twice the mean kinetic energy.
+        virial: <lambda, c_s> + <lambda_s, c>, and the mean of all other forces times U.
+        lifted: <lambda_s, c>, the mean work done against the forces at rest.
+        touch: Mean force times reference displacement of points that touch at rest.
+        potential: Mean potential of forces besides contact and stiffness.
+        other_virial: The part of the virial that these forces have.
+    """
+
+    stiffness: float
+    mass: float
+    virial: float
+    lifted: float = 0.0
+    touch: float = 0.0
+    potential: float = 0.0
+    other_virial: float = 0.0
+
+    @property
+    def gamma(self) -> float:
+        """Modal energy coordinate gamma = m^ / 2."""
+        return self.mass / 2
+
+    @property
+    def rayleigh_quotient(self) -> float:
+        """R = k^ / m^, the square of the frequency only where no force acts across a gap."""
+        return self.stiffness / self.mass
+
+    def total(self, omega: float) -> float:
+        """Energy E, constant in time: mean strain energy + mean kinetic energy."""
+        return (self.stiffness + omega**2 * self.mass) / 2 + self.lifted + self.potential
+
+    @property
+    def contact(self) -> float:
+        """How much contact changes: 0 for a motion without any about the state of rest, or more."""
+        return self.virial - self.other_virial + self.touch
+
+    def virial_error(self, omega: float) -> float:
+        """Relative error of omega^2 m^ = k^ + virial, which every exact solution obeys."""
+        return abs(omega**2 * self.mass - self.stiffness - self.virial) / self.stiffness
+
+
+@dataclass(frozen=True, slots=True)
+class ModalEnergy:
+    """Energies of motions of the modal coordinates.
+
+    Attributes:
+        mechanics: What a motion obeys.
+        series: Series in time.
+    """
+
+    mechanics: Mechanics
+    series: Series
+
+    def gamma(self, at: Unknowns) -> float:
+        """Modal energy coordinate gamma = m^ / 2."""
+        return float(np.sum(self.weight * at.q**2) / 2)
+
+    def gamma_gradient(self, at: Unknowns) -> Unknowns:
+        """Derivatives of gamma by coefficients and parameters."""
+        return Unknowns(self.weight * at.q, np.zeros(len(at.parameters)))
+
+    def energies(self, at: Unknowns, forces: ContactForces) -> Energies:
+        """Energies of the motion; the strain energy of R is the mean of lambda^T R lambda."""
+        model, rest, weight = self.mechanics.model, self.mechanics.rest, self.series.weight
+        mean_square = self.series.mean_square[:, None]
+        change = forces.force - rest.force
+        residual_part = np.sum((change @ model.R) * change, axis=1)
+        lifted = float(weight @ (self._clearance(at, forces) @ rest.force))
+        motion = SampledMotion(self.series, at.q, at.omega)
+        other = sum(force.mean_virial(motion) for force in self.mechanics.forces)
+        return Energies(
+            stiffness=float(
+                np.sum(mean_square * (model.omega * rest.motion_from(at.q)) ** 2)
+                + weight @ residual_part
+            ),
+            mass=2 * self.gamma(at),
+            virial=float(weight @ (forces.force @ rest.clearance)) + lifted + other,
+            lifted=lifted,
+            touch=float(weight @ forces.force[:, rest.touching].sum(axis=1)) * rest.scale,
+            potential=float(sum(f.mean_potential(motion) for f in self.mechanics.forces)),
+            other_virial=float(other),
+        )
+
+    @property
+    def weight(self) -> Array:
+        """Mean square of each basis function times n^2, shape (c, 1)."""
+        return (self.series.mean_square * self.series.order**2)[:, None]
+
+    def _clearance(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Clearances at the samples of the points that are closed at rest, else 0."""
+        model, rest = self.mechanics.model, self.mechanics.rest
+        if not rest.closed.any():
+            return np.zeros_like(forces.force)
+        free = self.series.synthesis @ (at.q @ model.Phi.T)
+        clearance = model.gap - free + forces.force @ model.R
+        return np.where(rest.closed & (forces.force == 0), clearance, 0.0)

@@ -1,0 +1,1 @@
+"""A whole run, in three steps: prepare, follow, publish."""

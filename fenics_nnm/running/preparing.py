@@ -1,0 +1,151 @@
+"""First step of a run: what is linear, the numbers for "auto", and points of earlier runs."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from mpi4py import MPI
+
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.resolution.auto import Choice, choice
+from fenics_nnm.results.branch_file import BranchHeader
+from fenics_nnm.results.resume import StoredRun, assert_nobody_runs, known_points, stored_run
+from fenics_nnm.results.staging import Staging, Stopped, stopped_runs
+from fenics_nnm.results.start import beginning
+from fenics_nnm.running.run_summary import versions
+from fenics_nnm.stages import Stages
+from fenics_nnm.structure.analysis import Analyse
+from fenics_nnm.structure.prepared import Prepared
+from fenics_nnm.study import Study
+from fenics_nnm.study.inputs import input_digests
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What is asked for; the same on all ranks.
+
+    Attributes:
+        study: Study.
+        text: Text of the study file, kept in branch.h5.
+        resume: Whether to begin with the points of a stopped, or finished, run.
+        comm: Communicator of the mesh.
+        stages: Timings and progress.
+        analyse: Finds what is linear of the study, in place of `linear_analysis`.
+    """
+
+    study: Study
+    text: str
+    resume: bool
+    comm: MPI.Comm
+    stages: Stages
+    analyse: Analyse | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Earlier:
+    """Earlier runs that a run goes on from; none where it begins anew.
+
+    Attributes:
+        stopped: What stopped runs left.
+        stored: The run that points are taken over from.
+    """
+
+    stopped: tuple[Stopped, ...] = ()
+    stored: StoredRun | None = None
+
+    def points(self, prepared: Prepared) -> tuple[BranchPoint, ...]:
+        """Stored points that are wanted again.
+
+        Raises:
+            StudyError: if they are of another model.
+        """
+        if self.stored is None:
+            return ()
+        return known_points(self.stored, prepared.model_in_contact, prepared.wanted)
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """All that a branch is followed with, on all ranks.
+
+    Attributes:
+        job: What is asked for.
+        staging: Folder of the results until they are published.
+        earlier: Earlier runs.
+        inputs: Digests of the files that the study names, by key.
+        chosen: The study with all its numbers, and what is linear of it.
+    """
+
+    job: Job
+    staging: Staging
+    earlier: Earlier
+    inputs: Mapping[str, str]
+    chosen: Choice
+
+    @property
+    def header(self) -> BranchHeader:
+        """What branch.h5 says of all points."""
+        prepared = self.chosen.prepared
+        numbers, mode = prepared.study.resolution, prepared.study.mode
+        return BranchHeader(
+            study=self.job.text,
+            versions=versions(),
+            mode=mode.number,
+            harmonics=numbers.harmonics,
+            samples=numbers.samples,
+            modes=numbers.modes,
+            series=mode.series,
+            model=prepared.model_in_contact,
+        )
+
+    def with_finer(self, chosen: Choice) -> Ready:
+        """The same with finer numbers: a branch begins anew with them."""
+        return replace(self, chosen=chosen, earlier=replace(self.earlier, stored=None))
+
+
+def prepare(job: Job, staging: Staging) -> Ready:
+    """Find what is linear of a study, its numbers, and where its branch begins.
+
+    Raises:
+        NonlinearModeError: if the study cannot be run.
+    """
+    earlier = on_root(job.comm, _earlier_runs, job, staging)
+    inputs = on_root(job.comm, input_digests, job.study)
+    found = earlier.stored.header.resolution if earlier.stored else None
+    chosen = choice(job.study, job.comm, job.stages, found=found, analyse=job.analyse)
+    return Ready(job, staging, earlier, inputs, _from_start(job, chosen))
+
+
+def _from_start(job: Job, chosen: Choice) -> Choice:
+    """The choice with the motion of an earlier run that its branch begins at, if it has one."""
+    start, prepared = job.study.continuation.beginning, chosen.prepared
+    if start is None:
+        return chosen
+    begin = on_root(job.comm, beginning, start, prepared.linear.model, prepared.balance)
+    return replace(chosen, prepared=prepared.beginning_at(begin))
+
+
+def _earlier_runs(job: Job, staging: Staging) -> Earlier:
+    stopped = stopped_runs(staging.results)
+    if not job.resume:
+        _report(stopped)
+        return Earlier()
+    assert_nobody_runs(staging.results, but=staging.path)
+    stored = stored_run(staging.results, stopped, job.text)
+    if stored is None:
+        logger.warning("%s: no points to resume from: starting anew", staging.results)
+    return Earlier(stopped, stored)
+
+
+def _report(stopped: tuple[Stopped, ...]) -> None:
+    """Say where the points of stopped runs are."""
+    for run in stopped:
+        what = f"{run.points} points" if run.points else "a file that cannot be read"
+        end = "that was stopped or killed" if run.gone else "on another machine, perhaps going on"
+        advice = "; --resume goes on from there" if run.gone and run.points else ""
+        logger.warning("%s: has %s of a run %s; left as it is%s", run.path, what, end, advice)

@@ -1,0 +1,88 @@
+"""Third step of a run: fields, tables and summary, and all results moved to their place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.fem.conducting import led
+from fenics_nnm.fem.harmonic import inertial_blocks
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fields.files import write_motions
+from fenics_nnm.fields.linear import write_linear_modes
+from fenics_nnm.interrupts import uninterrupted
+from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
+from fenics_nnm.results import branch_file
+from fenics_nnm.results.resume import remove_taken_over
+from fenics_nnm.results.staging import move_results
+from fenics_nnm.results.tables import write_backbone, write_summary
+from fenics_nnm.running.preparing import Ready
+from fenics_nnm.running.run_summary import run_summary
+
+
+def publish(ready: Ready, branch: Branch) -> dict[str, Any]:
+    """Write all that is made of a branch, and put it in the place of older results.
+
+    Returns:
+        Contents of summary.json.
+
+    Raises:
+        OSError: if something cannot be written.
+    """
+    job, body = ready.job, ready.chosen.linear.body
+    with job.stages.stage("output"):
+        if body:  # without a mesh there is nothing to see in ParaView
+            _write_fields(ready, body, branch)
+        summary = run_summary(ready.chosen, branch, job.stages.timings, inputs=ready.inputs)
+        on_root(job.comm, _write_tables, ready, branch, summary)
+    with uninterrupted():
+        on_root(job.comm, _move, ready, branch)
+    return summary
+
+
+def _move(ready: Ready, branch: Branch) -> None:
+    move_results(ready.staging.path, ready.staging.results)
+    remove_taken_over(ready.earlier.stopped, ready.job.text, branch)
+
+
+def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
+    """Write ParaView files of the linear modes and of the motions asked for."""
+    comm, study, file = body.solid.tagged.mesh.comm, ready.chosen.study, ready.staging.branch
+    folder = file.with_name("fields")
+    on_root(comm, folder.mkdir)
+    write_linear_modes(folder / "linear_modes.vtu", body)
+    wanted = [p for p in branch.points if p.gamma_ratio in study.continuation.report_at]
+    if study.full_order:
+        series = ready.chosen.prepared.balance.series
+        inertia = {p.position: inertial_blocks(body, series, p.motion) for p in wanted}
+        led(comm, inertia, lambda blocks: branch_file.add_inertia(file, blocks))
+    write_motions(
+        folder,
+        file,
+        wanted,
+        fields=study.output.fields,
+        frames=study.output.frames,
+        comm=comm,
+        on_progress=ready.job.stages.report,
+    )
+
+
+def _write_tables(ready: Ready, branch: Branch, summary: dict[str, Any]) -> None:
+    """Write table, picture and summary."""
+    folder: Path = ready.staging.path
+    prepared = ready.chosen.prepared
+    write_backbone(folder / "backbone.csv", branch.points)
+    plot_backbone(
+        folder / "backbone.png",
+        branch.points,
+        title=prepared.study.title,
+        linear=LinearMode(
+            float(prepared.linear_frequencies[prepared.mode]),
+            prepared.linear.model.at_rest().at_one(prepared.mode),
+        ),
+        failures=summary["failures"],
+        bifurcations=branch.bifurcations.located,
+    )
+    write_summary(folder / "summary.json", summary)

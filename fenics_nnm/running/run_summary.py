@@ -1,0 +1,141 @@
+"""Contents of summary.json: what a run computed, how it ended, and with what."""
+
+from __future__ import annotations
+
+import platform
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib import metadata
+from typing import Any
+
+import dolfinx
+import numpy as np
+import petsc4py
+import slepc4py
+
+import fenics_nnm
+from fenics_nnm.backbone.branch import Branch
+from fenics_nnm.backbone.point import VERIFIED
+from fenics_nnm.backbone.point_numbers import return_error
+from fenics_nnm.mechanics.rest import RestState
+from fenics_nnm.resolution.auto import Choice
+from fenics_nnm.running.auto_report import summary_of
+from fenics_nnm.structure.prepared import Prepared
+from fenics_nnm.time_domain.bifurcations import Bifurcation
+
+
+def versions() -> dict[str, str]:
+    """Versions of the program and of the libraries that a result depends on."""
+    return {
+        "fenics_nnm": fenics_nnm.__version__,
+        "python": platform.python_version(),
+        "dolfinx": dolfinx.__version__,
+        "petsc4py": petsc4py.__version__,
+        "slepc4py": slepc4py.__version__,
+        **{name: metadata.version(name) for name in ("numpy", "scipy", "h5py")},
+    }
+
+
+def run_summary(
+    chosen: Choice,
+    branch: Branch,
+    timings: Mapping[str, float],
+    *,
+    inputs: Mapping[str, str],
+) -> dict[str, Any]:
+    """What is written of a run; called on all ranks.
+
+    Args:
+        chosen: Its study with the numbers that were found for "auto".
+        branch: The branch.
+        timings: Seconds of each stage.
+        inputs: Digests of the files that the study names, by key.
+    """
+    prepared, study, linear = chosen.prepared, chosen.study, chosen.linear
+    first = prepared.mode
+    rest, amplitude = linear.model.at_rest(), linear.model.grazing_amplitude(first)
+    return {
+        "title": study.title,
+        **linear.sizes(),
+        "mode": study.mode.number,
+        "harmonics": study.resolution.harmonics,
+        "samples": study.resolution.samples,
+        "linear_frequencies_Hz": [float(f) for f in prepared.linear_frequencies],
+        **_at_rest(rest, first),
+        "no_mode_missed_below_Hz": linear.modes.checked_below / (2 * np.pi) or None,
+        "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
+        **summary_of(chosen, branch),
+        "points": len(branch.points),
+        "statuses": dict(Counter(point.status for point in branch.points)),
+        "not_verified": _not_verified(branch),
+        "events": [
+            {"kind": p.notes.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
+            for p in branch.points
+            if p.notes.event
+        ],
+        "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
+        "bifurcations": [_in_summary(each) for each in branch.bifurcations.located],
+        "bifurcations_not_located": [list(g) for g in branch.bifurcations.unlocated],
+        "largest_return_error": _largest_return_error(branch),
+        "complete": branch.complete,
+        "failures": _failures(prepared, branch),
+        "reason": branch.reason,
+        "timings": dict(timings),
+        "inputs_sha256": dict(inputs),
+        "versions": versions(),
+    }
+
+
+def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:
+    """What is closed and what touches at rest; nothing where all gaps are open."""
+    if not rest.pressed:
+        return {}
+    return {
+        "at_rest": {
+            "closed": int(np.count_nonzero(rest.closed)),
+            "touching": int(np.count_nonzero(rest.touching)),
+            "contact_force_N": float(rest.force.sum()),
+            "at_gamma_ratio_1": rest.at_one(mode),
+        }
+    }
+
+
+def _failures(prepared: Prepared, branch: Branch) -> list[dict[str, Any]]:
+    """Wanted motions that were not found: the ratio that is stepped, and the reason."""
+    name = prepared.wanted.name
+    return [{name: ratio, "reason": why} for ratio, why in branch.failures]
+
+
+def _largest_return_error(branch: Branch) -> float | None:
+    """Largest distance from its start of a motion integrated over its period; None if unknown."""
+    errors = [return_error(point) for point in branch.points]
+    return max(errors) if errors and np.all(np.isfinite(errors)) else None
+
+
+def _in_summary(bifurcation: Bifurcation) -> dict[str, Any]:
+    return {
+        "kind": bifurcation.kind,
+        "gamma_ratio": bifurcation.gamma_ratio,
+        "energy_J": bifurcation.energy,
+        "frequency_Hz": bifurcation.frequency,
+        "multiplier": [bifurcation.multiplier.real, bifurcation.multiplier.imag],
+        "bracket_J": list(bifurcation.bracket),
+        "breaks_time_reversal": bifurcation.breaks_time_reversal,
+        "stable_before": bifurcation.stable_before,
+        "stable_after": bifurcation.stable_after,
+    }
+
+
+def _not_verified(branch: Branch) -> list[dict[str, Any]]:
+    """Points that integration in time does not confirm, each with the reason."""
+    return [
+        {
+            "position": point.position,
+            "gamma_ratio": point.gamma_ratio,
+            "status": point.status,
+            "reason": point.reason,
+        }
+        for point in branch.points
+        if point.status != VERIFIED
+    ]

@@ -1,0 +1,51 @@
+"""What is said at the end of a run of points that are not to be trusted as they are."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.backbone.point import CONVERGED, FAILED, RESONANT, STATUSES, BranchPoint
+from fenics_nnm.backbone.point_numbers import return_error
+
+logger = logging.getLogger(__name__)
+
+
+def warn_of_points(branch: Branch) -> None:
+    """Say which points are not to be trusted as they are."""
+    total = len(branch.points)
+    by_status = {status: [p for p in branch.points if p.status == status] for status in STATUSES}
+    if failed := by_status[FAILED]:
+        logger.warning(
+            "%d of %d points failed the check in time: %s; raise mode.harmonics and mode.samples",
+            len(failed),
+            total,
+            _first_reason(failed),
+        )
+    if resonant := by_status[RESONANT]:
+        logger.warning(
+            "%d of %d points are inside an internal resonance (%s): their frequency is off "
+            "that of the main branch",
+            len(resonant),
+            total,
+            "; ".join(sorted({point.resonance for point in resonant})),
+        )
+    if converged := by_status[CONVERGED]:
+        unchecked = any(point.returned is None for point in converged)
+        logger.log(
+            logging.WARNING if unchecked else logging.INFO,
+            "%d of %d points solve their equations, but are not verified in time: %s",
+            len(converged),
+            total,
+            _first_reason(converged),
+        )
+
+
+def _first_reason(points: list[BranchPoint]) -> str:
+    """Why the worst of some points is not verified, or what is said of all of them."""
+    if len({point.reason for point in points}) == 1:
+        return points[0].reason
+    worst = max(points, key=lambda point: np.nan_to_num(return_error(point), nan=np.inf))
+    return f"at gamma ratio {worst.gamma_ratio:g} {worst.reason}"

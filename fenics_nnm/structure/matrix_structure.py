@@ -1,0 +1,131 @@
+"""A structure given by the matrices of another code."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
+from fenics_nnm.fem.blocks import Data
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.reduction.attached import AttachedPoints
+from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.matrices import Matrices
+from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
+from fenics_nnm.reduction.reduction import Reduction
+from fenics_nnm.stages import Stages
+from fenics_nnm.structure.matrix_files import read_matrix
+from fenics_nnm.structure.mode_count import mode_count
+from fenics_nnm.study import MatrixStudy
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixStructure:
+    """The matrices of a study; the first rank deals with them for all.
+
+    Attributes:
+        study: Study.
+    """
+
+    study: MatrixStudy
+
+    @property
+    def outline(self) -> None:
+        """Nothing: there is no mesh to draw."""
+
+    def linear(self, comm: MPI.Comm, stages: Stages, *, at_most: int | None = None) -> MatrixLinear:
+        """As `Structure.linear`."""
+        return on_root(comm, self._analysed, stages, at_most)
+
+    def _analysed(self, stages: Stages, at_most: int | None) -> MatrixLinear:
+        study, chosen = self.study, self.study.reduction
+        with stages.stage("matrices"):
+            K, M, B = (read_matrix(path, name) for path, name in study.matrices.places)
+            matrices = Matrices(K, M, B, study.contact.gap)
+        assert chosen.method != "none"  # refused by the study
+        modes = mode_count(study, at_most, matrices.massive - matrices.massive_points)
+        points = _cubic_springs(study, matrices)
+        found = matrix_analysis(
+            matrices, modes=modes, method=chosen.method, points=points, stages=stages
+        )
+        return MatrixLinear(found.matrices, found.modes, found.reduction)
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixLinear(MatrixAnalysis):
+    """An analysis of matrices as all that is linear of a structure, the same on all ranks."""
+
+    @property
+    def body(self) -> None:
+        """Nothing: there is no mesh."""
+
+    def reduced_to(self, modes: LinearModes, reduction: Reduction) -> MatrixLinear:
+        """As `Linear.reduced_to`."""
+        return replace(self, modes=modes, reduction=reduction)
+
+    def with_contact(self, study: MatrixStudy) -> MatrixLinear:
+        """As `Linear.with_contact`: gaps are all that a study says of contact."""
+        matrices = replace(self.matrices, gap=study.contact.gap)
+        return replace(self, matrices=matrices, reduction=self.reduction.with_gap(matrices.gap))
+
+    def flexibility(self, harmonics: int) -> None:
+        """Nothing: full order is refused by the study."""
+
+    def sizes(self) -> dict[str, Any]:
+        """Numbers of unknowns and contact rows."""
+        return {"dofs": self.matrices.size, "contact_points": self.matrices.points}
+
+    def data(self) -> Data:
+        """Shapes and residual shapes in the order of the unknowns."""
+        return Data(
+            {
+                "basis/shapes": self.reduction.shapes.T,
+                "basis/residual_shapes": self.reduction.residual_shapes.T,
+            }
+        )
+
+    def heading(self) -> list[str]:
+        """Matrices and contact rows in words."""
+        matrices = self.matrices
+        low, high = matrices.gap.min(), matrices.gap.max()
+        gaps = f"{low:.4g} m" if low == high else f"{low:.4g} to {high:.4g} m"
+        return [
+            f"matrices         {matrices.size} unknowns, {matrices.size - matrices.massive} "
+            "without mass",
+            f"contact          {matrices.points} rows, gap {gaps}",
+        ]
+
+    def groups(self) -> list[str]:
+        """Nothing: matrices have no groups."""
+        return []
+
+    def contact_name(self, point: int) -> str:
+        """Number of a contact row."""
+        return f"contact row {point + 1}"
+
+    def largest(self, q: Array, force: Array) -> str:
+        """Largest unknown of coordinates in kg^1/2 m and contact forces in N."""
+        largest = np.abs(self.reduction.displacement(q, force)).max()
+        return f"{largest:.4g} m (rad, if it is a rotation)"
+
+
+def _cubic_springs(study: MatrixStudy, matrices: Matrices) -> AttachedPoints:
+    """Unknowns with cubic springs.
+
+    Raises:
+        ModelError: if there is no such unknown.
+    """
+    for number, each in enumerate(study.spring, start=1):
+        if each.unknown > matrices.size:
+            raise ModelError(
+                f"spring[{number}].unknown = {each.unknown}: must not be above "
+                f"{matrices.size}, the number of unknowns of the stiffness"
+            )
+    chosen = [each.unknown - 1 for each in study.spring]
+    rows = np.zeros((matrices.size, len(chosen)))
+    rows[chosen, np.arange(len(chosen))] = 1.0
+    return AttachedPoints(rows, np.array([each.cubic for each in study.spring]))

@@ -1,0 +1,218 @@
+"""A structure that is a body on a mesh."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.fem.blocks import Data
+from fenics_nnm.fem.contact import ContactInterface, contact_interface
+from fenics_nnm.fem.gathering import gathered_basis
+from fenics_nnm.fem.harmonic import HarmonicSolver
+from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
+from fenics_nnm.fem.mesh import TaggedMesh
+from fenics_nnm.fem.modal_solver import ModalSolver, modal_solver
+from fenics_nnm.fem.patch_summary import patch_summaries
+from fenics_nnm.fem.solid import Solid, assemble_solid
+from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.reduction import Reduction
+from fenics_nnm.stages import Stages
+from fenics_nnm.structure.body import body_of
+from fenics_nnm.structure.contact_patches import contact_patches
+from fenics_nnm.structure.group_table import group_table
+from fenics_nnm.structure.material_lines import attachment_lines, material_lines
+from fenics_nnm.structure.meshing import tagged_mesh
+from fenics_nnm.structure.mode_count import mode_count
+from fenics_nnm.structure.structure import Outline
+from fenics_nnm.study import MeshStudy
+
+
+@dataclass(frozen=True, slots=True)
+class MeshStructure:
+    """The body of a study; all ranks deal with it together.
+
+    Attributes:
+        study: Study.
+    """
+
+    study: MeshStudy
+
+    @property
+    def outline(self) -> Outline:
+        """Mesh, roles of its groups and casings."""
+        patches = self.study.contact.patches.values()
+        clamp = self.study.clamp.facets if self.study.clamp else ()
+        touching = [name for patch in patches for name in (*patch.facets, *(patch.against or ()))]
+        casings = {n: patch.casing for n, patch in enumerate(patches) if patch.casing is not None}
+        return Outline(
+            mesh=lambda comm: tagged_mesh(self.study, comm),
+            roles=dict.fromkeys(clamp, "clamped") | dict.fromkeys(touching, "contact"),
+            casings=casings,
+        )
+
+    def linear(self, comm: MPI.Comm, stages: Stages, *, at_most: int | None = None) -> MeshLinear:
+        """As `Structure.linear`: mesh, assemble, find modes and attachment solutions, reduce."""
+        study = self.study
+        with stages.stage("mesh"):
+            tagged = tagged_mesh(study, comm)
+            clamped = _clamped_facets(study, tagged)
+            patches = contact_patches(study.contact, tagged)
+        with stages.stage("assembly"):
+            solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped)
+            interface = contact_interface(solid, patches)
+        with stages.stage("factors"):
+            found = _modal_solver(study, solid)
+        with found as solver:
+            return _reduced(study, solid, interface, solver, stages, at_most)
+
+
+@dataclass(frozen=True, slots=True)
+class MeshLinear(LinearAnalysis):
+    """An analysis of a mesh as all that is linear of a structure, spread over the ranks."""
+
+    @property
+    def body(self) -> LinearAnalysis:
+        """The body itself."""
+        return self
+
+    def reduced_to(self, modes: LinearModes, reduction: Reduction) -> MeshLinear:
+        """As `Linear.reduced_to`."""
+        return replace(self, modes=modes, reduction=reduction)
+
+    def with_contact(self, study: MeshStudy) -> MeshLinear | None:
+        """As `Linear.with_contact`."""
+        patches = contact_patches(study.contact, self.solid.tagged)
+        interface = contact_interface(self.solid, patches)
+        if not _same_rows(interface, self.interface):
+            return None
+        return replace(self, interface=interface, reduction=self.reduction.with_gap(interface.gap))
+
+    def flexibility(self, harmonics: int) -> HarmonicSolver:
+        """As `Linear.flexibility`.
+
+        Raises:
+            TypeError: if the reduction is not the massless-boundary one.
+        """
+        return HarmonicSolver(self, harmonics=harmonics)
+
+    def sizes(self) -> dict[str, Any]:
+        """Numbers of degrees of freedom and contact points, their area, and each patch."""
+        interface = self.interface
+        return {
+            "dofs": self.solid.dofs,
+            "contact_points": interface.count,
+            "contact_area_m2": float(interface.areas.sum()),
+            "contact_patches": [dict(asdict(patch)) for patch in patch_summaries(interface)],
+        }
+
+    def data(self) -> Data:
+        """Contact points and mesh in memory, shapes in blocks."""
+        interface = self.interface
+        contact = {
+            "contact/points": interface.points,
+            "contact/directions": interface.directions,
+            "contact/areas": interface.areas,
+            "contact/patches": interface.patch,
+            "contact/patch_names": np.array([name.encode() for name in interface.names]),
+        }
+        basis = gathered_basis(self)
+        return replace(basis, arrays={**contact, **basis.arrays})
+
+    def heading(self) -> list[str]:
+        """Mesh, materials, attachments and contact in words."""
+        solid, interface = self.solid, self.interface
+        return [
+            f"mesh             {_cells(solid)} cells, {solid.dofs} degrees of freedom",
+            f"bounding box     {_box(solid)} m",
+            *material_lines(solid),
+            *attachment_lines(solid, interface),
+            f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
+            f"{'smallest ' * (len(interface.names) > 1)}gap {interface.gap.min():.4g} m",
+            *(f"  {patch}" for patch in patch_summaries(interface)),
+        ]
+
+    def groups(self) -> list[str]:
+        """Table of the named groups."""
+        return group_table(self.solid.tagged)
+
+    def contact_name(self, point: int) -> str:
+        """Coordinates of a contact point, with its patch if there are several."""
+        interface = self.interface
+        place = "(" + ", ".join(f"{x:.5g}" for x in interface.points[point]) + ") m"
+        several = len(interface.names) > 1
+        return f"{place} of {interface.names[interface.patch[point]]}" if several else place
+
+    def largest(self, q: Array, force: Array) -> str:
+        """Largest displacement component of coordinates in kg^1/2 m and contact forces in N."""
+        largest = np.abs(self.reduction.displacement(q, force)).max(initial=0.0)
+        largest = self.solid.tagged.mesh.comm.allreduce(largest, op=MPI.MAX)
+        return f"{largest:.4g} m"
+
+
+def _reduced(
+    study: MeshStudy,
+    solid: Solid,
+    interface: ContactInterface,
+    solver: ModalSolver,
+    stages: Stages,
+    at_most: int | None,
+) -> MeshLinear:
+    """Modes and attachment solutions of an assembled body, and its reduced model."""
+    forces = _interface_forces(study, solid, interface)
+    count = mode_count(study, at_most, solver.free - forces.shape[1])
+    with stages.stage("modes"):
+        modes = solver.modes(count)
+    with stages.stage("attachments"):
+        if study.reduction.method != "craig-bampton":
+            reduction = massless_reduced(solid, interface, modes, solver)
+        else:
+            reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
+    return MeshLinear(solid, interface, modes, reduction)
+
+
+def _modal_solver(study: MeshStudy, solid: Solid) -> ModalSolver:
+    """The solver of a study; reductions other than the massless one need factors."""
+    chosen = study.solver.linear
+    if chosen == "auto" and study.reduction.needs_factors:
+        chosen = "direct"
+    return modal_solver(solid, chosen, study.solver.memory)
+
+
+def _interface_forces(study: MeshStudy, solid: Solid, interface: ContactInterface) -> Array:
+    """Unit forces of the interface coordinates that the reduction keeps, shape (n_owned, i)."""
+    if study.reduction.all_directions:
+        return interface.unit_forces_all_directions(solid.owned)
+    return interface.unit_forces(solid.owned)
+
+
+def _clamped_facets(study: MeshStudy, tagged: TaggedMesh) -> Indices:
+    if study.clamp is None:
+        return np.empty(0, dtype=np.int32)
+    return tagged.facets_of(study.clamp.facets, "clamp.facets")
+
+
+def _same_rows(first: ContactInterface, second: ContactInterface) -> bool:
+    """Whether the contact rows B of two interfaces on one mesh are equal; the same on all ranks."""
+    one, other = first.weights, second.weights
+    pairs = [(first.directions, second.directions)]
+    pairs += [(getattr(one, name), getattr(other, name)) for name in ("indptr", "indices", "data")]
+    same = one.shape == other.shape and all(np.array_equal(a, b) for a, b in pairs)
+    return bool(first.comm.allreduce(same, MPI.LAND))
+
+
+def _cells(solid: Solid) -> int:
+    mesh = solid.tagged.mesh
+    return int(mesh.topology.index_map(mesh.topology.dim).size_global)
+
+
+def _box(solid: Solid) -> str:
+    tagged = solid.tagged
+    coordinates = tagged.mesh.geometry.x[:, : tagged.dim]
+    pieces = [piece for piece in tagged.mesh.comm.allgather(coordinates) if len(piece)]
+    points = np.concatenate(pieces)
+    ranges = zip(points.min(axis=0), points.max(axis=0), strict=True)
+    return " x ".join(f"[{low:.6g}, {high:.6g}]" for low, high in ranges)

@@ -1,0 +1,36 @@
+"""From a study to the motions that it asks for, and how they are written in time."""
+
+from __future__ import annotations
+
+from fenics_nnm.backbone.arc_start import Begin
+from fenics_nnm.backbone.follow import Wanted
+from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
+from fenics_nnm.study import Study
+
+
+def wanted_motions(study: Study, begin: Begin | None = None) -> Wanted:
+    """Energies or frequencies that a study visits, or the range that it follows a branch in.
+
+    Args:
+        study: Study.
+        begin: The motion of an earlier run that a branch followed by its length begins at.
+    """
+    return study.continuation.wanted(study.mode.harmonic, begin)
+
+
+def harmonic_balance(study: Study) -> HarmonicBalance:
+    """How the motions of a study are written in time, and contact is found."""
+    return HarmonicBalance(
+        harmonics=study.resolution.harmonics,
+        samples=study.resolution.samples,
+        general=study.mode.series == "general",
+        multipliers=_multipliers(study),
+    )
+
+
+def _multipliers(study: Study) -> MultiplierLoop | None:
+    if not study.carries_mass:
+        return None
+    chosen = study.augmented_lagrangian
+    return MultiplierLoop(**chosen.model_dump()) if chosen else MultiplierLoop()

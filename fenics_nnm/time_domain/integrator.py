@@ -1,0 +1,76 @@
+"""What follows a motion in time: what shooting, multipliers and the check in time ask for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.model import ReducedModel
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """What a motion came to.
+
+    Attributes:
+        q: Modal coordinates at the end in kg^1/2 m, shape (J,).
+        velocity: Their velocities, shape (J,).
+        changes: How often the set of points in contact changed.
+        contact_time: Time with contact at some point in s.
+        q_at: Coordinates at the wanted times, shape (len(times), J); nan after a failure.
+        velocity_at: Velocities there.
+        speed_integral: Integral of |velocity|^2 in J s; nan if not wanted.
+        transition: Derivatives of the final (q, velocity) along changes of the first, shape
+            (2 J, c), if wanted.
+        failure: Empty, or why the motion was not followed to the end.
+    """
+
+    q: Array
+    velocity: Array
+    changes: int
+    contact_time: float
+    q_at: Array
+    velocity_at: Array
+    speed_integral: float
+    transition: Array | None = None
+    failure: str = ""
+
+
+class Integrator(Protocol):
+    """Follows motions of a model whose contact points carry no mass."""
+
+    @property
+    def model(self) -> ReducedModel:
+        """Reduced model."""
+
+    def run(
+        self,
+        q: Array,
+        velocity: Array,
+        span: float,
+        *,
+        times: Array | None = None,
+        along: Array | None = None,
+        speeds: bool = False,
+    ) -> Trajectory:
+        """Follow the motion from a state for a time.
+
+        Args:
+            q: Modal coordinates, shape (J,).
+            velocity: Their velocities, shape (J,).
+            span: Time in s, not negative.
+            times: Ascending times from 0 to `span` at which the state is wanted.
+            along: Changes of the first state as columns, shape (2 J, c), along which the
+                derivative of the final state is wanted.
+            speeds: Whether the integral of |velocity|^2 is wanted.
+        """
+
+    def acceleration(self, q: Array) -> Array:
+        """Acceleration at rest at coordinates of shape (J,), shape (J,)."""
+
+    def energy_gradient(self, q: Array) -> Array:
+        """Derivative of the energy by q, shape (J,)."""
+
+    def energy(self, q: Array, velocity: Array) -> float:
+        """Total energy in J from the state of rest, constant in time without damping."""

@@ -1,0 +1,217 @@
+"""Motion in time by steps, for models whose motion between changes of contact is not linear.
+
+    q'' = -Lambda q - C q' - Phi^T lambda(Phi q) - f(q, q')
+
+With massless contact points lambda is a continuous, piecewise linear function of q, so the right
+side is Lipschitz continuous, and a Runge-Kutta method of order 8 with control of the error (DOP853,
+E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993; from SciPy)
+steps over changes of contact: it shortens its steps there. The derivative along changes of the
+first state follows from the variational equations, stepped with the motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.contact_law import Complementarity, ContactForces
+from fenics_nnm.mechanics.mechanics import Mechanics
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.time_domain.integrator import Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class Stepped:
+    """Integrates a model with any forces.
+
+    Attributes:
+        mechanics: What a motion obeys; without excitation.
+        tolerance: Error of a step, relative to the size of the motion in the energy norm.
+        most_steps: A motion that needs more steps is given up.
+
+    Raises:
+        ModelError: if contact points carry mass, or points are pressed at rest.
+    """
+
+    mechanics: Mechanics
+    tolerance: float = 1e-12
+    most_steps: int = 200_000
+    model: ReducedModel = field(init=False, repr=False, compare=False)
+    _law: Complementarity = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        model = self.mechanics.model
+        if not model.massless:
+            raise ModelError("the motion in time needs contact points without mass: R is singular")
+        if self.mechanics.rest.pressed:
+            raise ModelError("the motion in time by steps needs positive gaps")
+        object.__setattr__(self, "model", model)
+        object.__setattr__(self, "_law", Complementarity(model.R, model.gap))
+
+    def run(
+        self,
+        q: Array,
+        velocity: Array,
+        span: float,
+        *,
+        times: Array | None = None,
+        along: Array | None = None,
+        speeds: bool = False,
+    ) -> Trajectory:
+        """Follow the motion from a state for a time; see `Integrator.run`."""
+        wanted = np.empty(0) if times is None else np.asarray(times)
+        columns = np.empty((2 * len(q), 0)) if along is None else along
+        walk = _Walk(self, wanted, columns)
+        if not np.all(np.isfinite([*q, *velocity, span])):
+            return walk.trajectory(walk.first(q, velocity), "the state to start from is not finite")
+        end, failure = walk.run(walk.first(q, velocity), span)
+        found = walk.trajectory(end, failure)
+        return found if along is not None else _without_transition(found)
+
+    def acceleration(self, q: Array) -> Array:
+        """Acceleration at rest, shape (J,)."""
+        return -self.energy_gradient(q)
+
+    def energy_gradient(self, q: Array) -> Array:
+        """Derivative of the energy by q: omega^2 q + Phi^T lambda(q) + f(q), shape (J,)."""
+        at_rest = np.zeros_like(q)
+        pull = self.model.omega**2 * q + self.contact(q).force[0] @ self.model.Phi
+        return np.asarray(pull + sum(f.at(q, at_rest) for f in self.mechanics.forces))
+
+    def energy(self, q: Array, velocity: Array) -> float:
+        """Total energy in J from the state of rest."""
+        force = self.contact(q).force[0]
+        modal = velocity @ velocity + np.sum((self.model.omega * q) ** 2)
+        stored = sum(each.potential_at(q) for each in self.mechanics.forces)
+        return float(modal + force @ self.model.R @ force) / 2 + float(stored)
+
+    def contact(self, q: Array) -> ContactForces:
+        """Contact forces at coordinates of shape (J,)."""
+        return self._law((self.model.Phi @ q)[None])
+
+    def rate(self, q: Array, velocity: Array) -> Array:
+        """Acceleration of a state, shape (J,)."""
+        pull = self.model.omega**2 * q + self.mechanics.linear.rate @ velocity
+        pull += self.contact(q).force[0] @ self.model.Phi
+        return np.asarray(-pull - sum(f.at(q, velocity) for f in self.mechanics.forces))
+
+    def tangent(self, q: Array, velocity: Array) -> tuple[Array, Array]:
+        """Derivatives of the acceleration by coordinates and velocities, each of shape (J, J)."""
+        by_q, by_velocity = np.diag(self.model.omega**2), self.mechanics.linear.rate.copy()
+        by_q += self.contact(q).stiffness(self.model.Phi).sum(axis=0)
+        for force in self.mechanics.forces:
+            one, other = force.tangent_at(q, velocity)
+            by_q, by_velocity = by_q + one, by_velocity + other
+        return -by_q, -by_velocity
+
+
+@dataclass(slots=True)
+class _Walk:
+    """One integration: state (q, q', integral of |q'|^2, derivatives) and what is noted of it."""
+
+    flow: Stepped
+    times: Array
+    along: Array
+    changes: int = 0
+    contact_time: float = 0.0
+    q_at: Array = field(init=False)
+    velocity_at: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        shape = len(self.times), self.flow.model.modes
+        self.q_at, self.velocity_at = np.full(shape, np.nan), np.full(shape, np.nan)
+
+    def first(self, q: Array, velocity: Array) -> Array:
+        """State to begin with."""
+        return np.concatenate([q, velocity, [0.0], self.along.ravel()])
+
+    def run(self, state: Array, span: float) -> tuple[Array, str]:
+        """The state after a time, or after the last step, and why it ended before."""
+        self._note_start(state)
+        if span == 0:
+            return state, ""
+        solver = DOP853(
+            self._rate, 0.0, state, span, rtol=self.flow.tolerance, atol=self._absolute(state)
+        )
+        touched = self._touches(state)
+        for _ in range(self.flow.most_steps):
+            message = solver.step()
+            if solver.status == "failed":
+                return solver.y, f"the steps in time became too small: {message}"
+            now = self._touches(solver.y)
+            self.changes += int(np.count_nonzero(now != touched))
+            self.contact_time += solver.step_size * np.mean([now.any(), touched.any()])
+            touched = now
+            self._note(solver)
+            if solver.status == "finished":
+                return solver.y, ""
+        return solver.y, f"more than {self.flow.most_steps} steps in {solver.t:.3g} of {span:.3g} s"
+
+    def trajectory(self, state: Array, failure: str) -> Trajectory:
+        """The result, with the final state."""
+        modes = self.flow.model.modes
+        return Trajectory(
+            q=state[:modes],
+            velocity=state[modes : 2 * modes],
+            changes=self.changes,
+            contact_time=self.contact_time,
+            q_at=self.q_at,
+            velocity_at=self.velocity_at,
+            speed_integral=float(state[2 * modes]),
+            transition=state[2 * modes + 1 :].reshape(self.along.shape),
+            failure=failure,
+        )
+
+    def _rate(self, time: float, state: Array) -> Array:
+        modes = self.flow.model.modes
+        q, velocity = state[:modes], state[modes : 2 * modes]
+        square = np.array([velocity @ velocity])
+        rate = np.concatenate([velocity, self.flow.rate(q, velocity), square])
+        if not self.along.size:
+            return rate
+        by_q, by_velocity = self.flow.tangent(q, velocity)
+        moved = state[2 * modes + 1 :].reshape(self.along.shape)
+        pulled = by_q @ moved[:modes] + by_velocity @ moved[modes:]
+        return np.concatenate([rate, moved[modes:].ravel(), pulled.ravel()])
+
+    def _absolute(self, state: Array) -> Array:
+        """Errors allowed of each entry, from the size of the motion and of the derivatives."""
+        omega, modes = self.flow.model.omega, self.flow.model.modes
+        amplitude = np.sqrt(2 * self.flow.energy(state[:modes], state[modes : 2 * modes]))
+        motion = np.concatenate([amplitude / omega, np.full(modes, amplitude), [amplitude**2]])
+        scale = np.concatenate([1 / omega, np.ones(modes)])[:, None]
+        size = np.max(np.abs(self.along / scale), axis=0, initial=1e-300)
+        derivatives = np.broadcast_to(scale * size, self.along.shape)
+        return np.asarray(self.flow.tolerance * np.concatenate([motion, derivatives.ravel()]))
+
+    def _touches(self, state: Array) -> Array:
+        return np.asarray(self.flow.contact(state[: self.flow.model.modes]).force[0] > 0)
+
+    def _note_start(self, state: Array) -> None:
+        modes = self.flow.model.modes
+        at = self.times <= 0
+        self.q_at[at], self.velocity_at[at] = state[:modes], state[modes : 2 * modes]
+
+    def _note(self, solver: DOP853) -> None:
+        at = (self.times > solver.t_old) & (self.times <= solver.t)
+        if at.any():
+            modes, states = self.flow.model.modes, solver.dense_output()(self.times[at]).T
+            self.q_at[at], self.velocity_at[at] = states[:, :modes], states[:, modes : 2 * modes]
+
+
+def _without_transition(found: Trajectory) -> Trajectory:
+    return Trajectory(
+        found.q,
+        found.velocity,
+        found.changes,
+        found.contact_time,
+        found.q_at,
+        found.velocity_at,
+        found.speed_integral,
+        None,
+        found.failure,
+    )

@@ -1,0 +1,55 @@
+"""A claimed folder: given up at the end, points kept where it ends by an error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from mpi4py import MPI
+
+from fenics_nnm.errors import OutputError, StudyError
+from fenics_nnm.results.staging import living_run
+from fenics_nnm.running.claiming import claimed
+
+COMM = MPI.COMM_SELF
+
+
+def test_it_is_held_until_the_end(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    with claimed(folder, COMM) as staging:
+        found = living_run(folder)
+        assert found is not None and found[0] == staging.path
+    assert living_run(folder) is None
+
+
+@pytest.mark.parametrize("error", [StudyError("no"), KeyboardInterrupt(), ZeroDivisionError()])
+def test_an_error_without_points_leaves_nothing(tmp_path: Path, error: BaseException) -> None:
+    with pytest.raises(type(error)) as raised, claimed(tmp_path / "new" / "out", COMM):
+        raise error
+    assert raised.value is error
+    assert not getattr(error, "__notes__", [])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_other_files_are_kept_and_said_where(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    with pytest.raises(StudyError) as raised, claimed(folder, COMM) as staging:
+        staging.branch.write_text("not a branch")
+        raise StudyError("no")
+    assert raised.value.__notes__ == [f"what there is stays in {staging.path}"]
+    assert staging.branch.read_text() == "not a branch"
+
+
+def test_an_error_of_the_system_names_its_file(tmp_path: Path) -> None:
+    full = OSError(28, "No space left on device", "table.csv")
+    with pytest.raises(OutputError) as raised, claimed(tmp_path / "out", COMM):
+        raise full
+    assert str(raised.value) == "table.csv: cannot be written: No space left on device"
+    assert raised.value.__cause__ is full
+
+
+def test_an_error_of_ours_stays_as_it_is(tmp_path: Path) -> None:
+    own = OutputError("branch.h5: cannot be written")
+    with pytest.raises(OutputError) as raised, claimed(tmp_path / "out", COMM):
+        raise own
+    assert raised.value is own

@@ -223,13 +223,14 @@ class Server:
         if answer:
             return int(answer)
         code = self._process.wait()
+        self.stop()
         self._start()
         return code if code else -1
 
     def stop(self) -> None:
         """End the process."""
         self._process.kill()
-        self._process.wait()
+        self._process.communicate()
 
 
 def fuzz(*, few: bool, seed: int = 1) -> list[str]:

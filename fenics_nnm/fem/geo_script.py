@@ -150,6 +150,12 @@ def _tokens(path: Path) -> list[_Token]:
             f"mesh file {path}: has more than {_MOST_CHARACTERS} characters", code=Code.MESH_FILE
         )
     text = path.read_bytes().decode("latin-1").removeprefix("\xef\xbb\xbf")
+    if "\0" in text:  # it would leave gmsh's parser unusable
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise MeshError(
+            f"mesh file {path}, line {line}: gmsh cannot read it: is neither a mesh nor text",
+            code=Code.MESH_FILE,
+        )
     found, line, position, before = [], 1, 0, ""
     while position < len(text):
         match = _TOKEN.match(text, position)

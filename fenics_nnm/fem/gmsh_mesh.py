@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -54,12 +54,13 @@ def gmsh_session(name: str, *, talks: bool = False) -> Iterator[None]:
             gmsh.finalize()
 
 
-def open_mesh(path: Path, given: Path) -> None:
+def open_mesh(path: Path, given: Path, fault: Callable[[], str]) -> None:
     """Read a file with a mesh into the current gmsh model.
 
     Args:
         path: The file, for messages.
         given: Under which path gmsh gets it.
+        fault: What is wrong with it as far as can be seen without gmsh; empty if nothing is.
 
     Raises:
         MeshError: if gmsh cannot read it or it holds no mesh.
@@ -67,7 +68,7 @@ def open_mesh(path: Path, given: Path) -> None:
     try:
         gmsh.merge(str(given))
     except Exception as error:  # gmsh raises bare Exception
-        reason = str(error).replace(str(given), str(path))
+        reason = fault() or str(error).replace(str(given), str(path))
         raise MeshError(
             f"mesh file {path}: gmsh cannot read it: {reason}", code=Code.MESH_FILE
         ) from error

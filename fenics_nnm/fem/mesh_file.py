@@ -76,7 +76,7 @@ class ReadMesh:
         name = str(self.path)
         with gmsh_session(name, talks=True):
             if self.path.suffix.lower() in _GMSH:
-                open_mesh(self.path, PrivateFolder(folder).given(self.path))
+                open_mesh(self.path, PrivateFolder(folder).given(self.path), self.fault)
                 return extracted(name)
             return _read_foreign(self.path)
 

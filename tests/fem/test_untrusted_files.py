@@ -7,7 +7,6 @@ import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import gmsh
 import numpy as np
@@ -160,12 +159,15 @@ def test_a_script_that_is_trusted_does_all(tmp_path: Path) -> None:
     assert done.exists()
 
 
+A_FILE, A_STEP_FILE = FileErrors(Path("a")), FileErrors(Path("a.step"))
+
+
 @dataclass(frozen=True)
 class Escape:
     """What a reader would do that a file has taken over."""
 
     target: Path
-    errors: FileErrors = FileErrors(Path("a"))
+    errors: FileErrors = A_FILE
     advice: str = "none"
     trusted: bool = False
 
@@ -265,7 +267,7 @@ class Ends:
     """A reader that ends in a way of its own."""
 
     way: str
-    errors: FileErrors = FileErrors(Path("a.step"))
+    errors: FileErrors = A_STEP_FILE
     advice: str = "heal it"
     trusted: bool = False
 
@@ -302,38 +304,3 @@ def test_an_end_without_a_mesh_is_one_line(way: str, words: str) -> None:
     message = one_line(error.value)
     assert message.startswith("mesh.file = a.step: ") and words in message
     assert time.monotonic() - begin < 40
-
-
-#: Middle node of each edge of a tetrahedron of gmsh, and even orders of the corners.
-MIDDLE = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (2, 3): 8, (1, 3): 9}
-CORNERS = ((0, 1, 2, 3), (1, 2, 0, 3), (2, 0, 1, 3), (3, 0, 2, 1))
-
-
-def corner_volumes(raw: RawMesh) -> Any:
-    """Jacobian determinants at the corners of curved tetrahedra, from their shape functions."""
-    x = raw.points[raw.cells]
-    found = []
-    for at, *ends in CORNERS:
-        middle = [MIDDLE[min(at, end), max(at, end)] for end in ends]
-        found.append(np.linalg.det(4 * x[:, middle] - 3 * x[:, [at]] - x[:, ends]))
-    return np.array(found)
-
-
-def test_curved_elements_that_are_folded_become_straight(tmp_path: Path, caplog: Any) -> None:
-    """A ring that four elements go around: the same mesh each time, and a valid one."""
-    path = tmp_path / "a.geo"
-    path.write_text(
-        'SetFactory("OpenCASCADE");\nCylinder(1) = {0, 0, 0, 0, 0, 3, 10};\n'
-        "Cylinder(2) = {0, 0, 0, 0, 0, 3, 8.5};\n"
-        "BooleanDifference{ Volume{1}; Delete; }{ Volume{2}; Delete; }\n"
-        "Transfinite Curve {:} = 5;\n"
-    )
-    job = MeshCad(Cad(path, "mm", element_size=30.0, order=2))
-    first, second = (in_own_process(job, Limits()) for _ in range(2))
-    assert "curved elements were folded" in caplog.text
-    np.testing.assert_array_equal(first.points, second.points)
-    np.testing.assert_array_equal(first.cells, second.cells)
-    assert corner_volumes(first).min() > 0
-    radii = np.linalg.norm(first.points[:, :2], axis=1)
-    assert radii.max() == pytest.approx(10, rel=1e-9)
-    assert len(first.cells) > 50

@@ -12,6 +12,7 @@ import platform
 import resource
 import signal
 import struct
+import sys
 from pathlib import Path
 
 _GIB = 2**30
@@ -19,6 +20,9 @@ _GIB = 2**30
 #: prctl(2)
 _SET_DEATH_SIGNAL, _SET_SECCOMP, _SET_NO_NEW_PRIVILEGES = 1, 22, 38
 _FILTER = 2
+
+#: personality(2)
+_ASK, _SAME_ADDRESSES = 0xFFFFFFFF, 0x0040000
 
 #: Number of the architecture in a filter, and of the calls execve, execveat, socket and ptrace.
 _CALLS = {
@@ -44,6 +48,16 @@ def die_with_parent() -> None:
     _libc().prctl(_SET_DEATH_SIGNAL, signal.SIGKILL, 0, 0, 0)
     if os.getppid() == 1:  # it has ended before
         raise SystemExit(1)
+
+
+def same_addresses() -> None:
+    """Have the program that this process becomes get the same addresses each time.
+
+    gmsh's optimiser of curved elements goes through them in an order that depends on addresses.
+    """
+    if sys.platform == "linux":
+        libc = _libc()
+        libc.personality(libc.personality(_ASK) | _SAME_ADDRESSES)
 
 
 def limit_memory(gibibytes: float) -> None:

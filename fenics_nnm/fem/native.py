@@ -21,6 +21,7 @@ from typing import Protocol
 
 from fenics_nnm import errors
 from fenics_nnm.errors import Code, MeshError, NonlinearModeError
+from fenics_nnm.fem.confinement import same_addresses
 from fenics_nnm.fem.native_errors import NativeErrors
 from fenics_nnm.fem.native_files import ANSWER, JOB, LOG, PROBLEM
 from fenics_nnm.fem.raw_mesh import RawMesh, read_written
@@ -130,7 +131,11 @@ def in_own_process(job: Job, limits: Limits, *, notes: int = logging.WARNING) ->
 
 def _started(folder: Path) -> subprocess.Popen[bytes]:
     environment = environment_of_child(
-        HOME=str(folder), TMPDIR=str(folder), OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1"
+        HOME=str(folder),
+        TMPDIR=str(folder),
+        OMP_NUM_THREADS="1",
+        OPENBLAS_NUM_THREADS="1",
+        PYTHONHASHSEED="0",
     )
     with (folder / LOG).open("wb") as log:
         return subprocess.Popen(
@@ -139,6 +144,7 @@ def _started(folder: Path) -> subprocess.Popen[bytes]:
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=subprocess.STDOUT,
+            preexec_fn=same_addresses,
             start_new_session=True,  # Ctrl-C comes to this process, which ends that one
         )
 

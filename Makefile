@@ -17,7 +17,7 @@ ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.p
     multipliers_plane.png multipliers.png
 
 .PHONY: help demo pictures journeys kinds test test-next lint clean distclean verify verify-studies \
-    verify-random verify-viewers look image image-check
+    verify-random verify-fuzz verify-viewers look image image-check
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
@@ -85,8 +85,8 @@ test:
 test-next:
 	environment/run --next python3 -m pytest -q -n auto --dist worksteal tests
 
-# Three parts, side by side with "make -j 2 verify". Tables go into docs/verification.md.
-verify: verify-studies verify-random verify-viewers
+# Four parts, side by side with "make -j 2 verify". Tables go into docs/verification.md.
+verify: verify-studies verify-random verify-fuzz verify-viewers
 
 verify-studies:
 	$(STUDY) demos/rod/rod.py
@@ -105,6 +105,10 @@ verify-studies:
 
 verify-random:
 	$(STUDY) tests/random_studies.py --count 200
+
+# Hostile studies, damaged meshes and results.
+verify-fuzz:
+	$(RUN) python3 tests/fuzz.py
 
 verify-viewers:
 	$(RUN) fenics-nnm run tests/paraview/beam.toml --output results/paraview

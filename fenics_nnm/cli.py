@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
+import sys
 import traceback
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -20,7 +22,9 @@ if TYPE_CHECKING:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
+    os.environ["PYTHONSAFEPATH"] = "1"  # of all processes that are started from here
     arguments = _parser().parse_args(argv)
+    sys.argv = [each.encode("utf-8", "replace").decode() for each in sys.argv]  # dolfinx reads them
     from mpi4py import MPI
 
     _configure_logging(verbose=arguments.verbose and MPI.COMM_WORLD.rank == 0)
@@ -36,6 +40,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _configure_logging(*, verbose: bool) -> None:
     """Show warnings, and on the way stages and points if asked for; other libraries' never."""
     logging.basicConfig(format="fenics-nnm: %(message)s")
+    logging.captureWarnings(True)
+    logging.getLogger("py.warnings").setLevel(logging.INFO if verbose else logging.CRITICAL)
     logging.getLogger("fenics_nnm").setLevel(logging.INFO if verbose else logging.WARNING)
 
 

@@ -12,6 +12,7 @@ class Code(StrEnum):
     """
 
     CELLS_OF_MATERIALS = "cells of materials"
+    CURVED_ELEMENTS = "curved elements"
     CYLINDRICAL_AXES = "cylindrical axes"
     DEGREE = "degree"
     DEGREE_WITHOUT_MEMORY = "degree without memory"
@@ -23,6 +24,7 @@ class Code(StrEnum):
     LENGTH_UNIT = "length unit"
     MASS_AT_CONTACT = "mass at contact points"
     MEMORY = "memory"
+    MEMORY_LIMIT = "memory limit"
     MESHING = "meshing"
     MESH_FILE = "mesh file"
     MODE = "mode"
@@ -34,6 +36,7 @@ class Code(StrEnum):
     REFERENCE = "reference displacement"
     STILL_MODE = "still mode"
     THEORY = "theory"
+    TIME_LIMIT = "time limit"
     TOO_MANY_MODES = "too many modes"
 
 

@@ -9,6 +9,8 @@ from typing import Any
 from mpi4py import MPI
 
 from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.results.place import assert_replaceable
 from fenics_nnm.running.auto_report import message_of, warn_of
 from fenics_nnm.running.claiming import claimed
 from fenics_nnm.running.following import follow
@@ -18,6 +20,7 @@ from fenics_nnm.running.trust import warn_of_points
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
 from fenics_nnm.study import Study
+from fenics_nnm.study.inputs import input_files
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +69,7 @@ def run_study(
         NonlinearModeError: if the study cannot be run, or the results not be written.
     """
     job = Job(study, text, resume, comm, stages or Stages(), analyse)
+    on_root(comm, assert_replaceable, folder, _read_files(study))
     with claimed(folder, comm) as staging:
         ready, branch = follow(prepare(job, staging))
         summary = publish(ready, branch)
@@ -73,3 +77,9 @@ def run_study(
         warn_of_points(branch)
         warn_of(ready.chosen, branch)
     return RunResult(folder, branch, summary, message_of(ready.chosen, branch))
+
+
+def _read_files(study: Study) -> list[Path]:
+    """Files that a study names, besides results that it starts from."""
+    named = input_files(study).items()
+    return [path for key, path in named if not key.startswith("continuation.")]

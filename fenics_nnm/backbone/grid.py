@@ -11,7 +11,7 @@ from fenics_nnm.errors import ModelError
 
 def grid(start: float, stop: float, step: float, among: Sequence[float] = ()) -> list[float]:
     """Equal steps no larger than `step` from `start` to `stop`, and the values `among` them."""
-    count = int(np.ceil((stop - start) / step - 1e-9))
+    count = max(1, int(np.ceil((stop - start) / step - 1e-9)))
     even = start + (stop - start) * np.arange(count + 1) / count
     free = [value for value in even if all(abs(value - other) > 1e-9 * other for other in among)]
     return sorted({*(float(value) for value in free), *among})

@@ -50,11 +50,13 @@ def add_to(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
+    from fenics_nnm.results.place import assert_replaceable
     from fenics_nnm.run import run_study
 
     study, text = asked_study(arguments)
     console = console_of(MPI.COMM_WORLD)
     folder = arguments.output or study.output.folder or Path("results") / arguments.study.stem
+    assert_replaceable(folder, [arguments.study])
     with terminable(), stages_of(console, arguments) as stages:
         result = run_study(study, text, folder, resume=arguments.resume, stages=stages)
     if console.is_terminal:

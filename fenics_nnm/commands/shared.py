@@ -54,7 +54,7 @@ def asked_study(arguments: argparse.Namespace) -> tuple[Study, str]:
     settings = tuple(_only(text) for text in arguments.set)
     if settings:
         return study_with(read_values(file), file, settings)
-    return read_study(file), file.read_text("utf-8")
+    return read_study(file), file.read_text("utf-8-sig")
 
 
 def _only(text: str) -> Setting:

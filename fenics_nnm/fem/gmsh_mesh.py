@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import gmsh
 import numpy as np
-from dolfinx.cpp.mesh import cell_entity_type, to_type
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import Code, MeshError
-from fenics_nnm.fem.compat import cell_permutation, ufl_mesh
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.fem.serendipity import completed
 
@@ -23,17 +21,30 @@ _SHAPES = ("Line", "Triangle", "Quadrilateral", "Tetrahedron", "Hexahedron")
 #: An element whose signed inverse condition number is below this is taken as flat.
 _FLAT = 1e-6
 
-#: Bytes of a file that are looked at before gmsh reads it.
-_HEAD = 1_000_000
+#: Options without which gmsh's meshes could differ from time to time.
+_SAME_EACH_TIME = {
+    "General.NumThreads": 1,
+    "Mesh.MaxNumThreads1D": 1,
+    "Mesh.MaxNumThreads2D": 1,
+    "Mesh.MaxNumThreads3D": 1,
+    "Mesh.RandomSeed": 1,
+}
 
 
 @contextmanager
-def gmsh_session(name: str) -> Iterator[None]:
-    """An empty gmsh model for a while."""
+def gmsh_session(name: str, *, talks: bool = False) -> Iterator[None]:
+    """An empty gmsh model for a while, of a gmsh that gives the same mesh each time.
+
+    Args:
+        name: Name of the model.
+        talks: Whether gmsh prints its steps.
+    """
     started = not gmsh.isInitialized()
     if started:
-        gmsh.initialize(["-noenv"], interruptible=False)
-    gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.initialize(["-noenv"], readConfigFiles=False, interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 1 if talks else 0)
+    for option, value in _SAME_EACH_TIME.items():
+        gmsh.option.setNumber(option, value)
     gmsh.model.add(name)
     try:
         yield
@@ -43,39 +54,26 @@ def gmsh_session(name: str) -> Iterator[None]:
             gmsh.finalize()
 
 
-def open_mesh(path: Path) -> None:
+def open_mesh(path: Path, given: Path, fault: Callable[[], str]) -> None:
     """Read a file with a mesh into the current gmsh model.
+
+    Args:
+        path: The file, for messages.
+        given: Under which path gmsh gets it.
+        fault: What is wrong with it as far as can be seen without gmsh; empty if nothing is.
 
     Raises:
         MeshError: if gmsh cannot read it or it holds no mesh.
     """
-    assert_text(path)
     try:
-        gmsh.merge(str(path))
+        gmsh.merge(str(given))
     except Exception as error:  # gmsh raises bare Exception
+        reason = fault() or str(error).replace(str(given), str(path))
         raise MeshError(
-            f"mesh file {path}: gmsh cannot read it: {error}", code=Code.MESH_FILE
+            f"mesh file {path}: gmsh cannot read it: {reason}", code=Code.MESH_FILE
         ) from error
     if not gmsh.model.mesh.getNodes()[0].size:
         raise MeshError(f"mesh file {path}: holds no mesh", code=Code.MESH_FILE)
-
-
-def assert_text(path: Path) -> None:
-    """Refuse a file of other bytes than text, if gmsh would take it for its own language.
-
-    A zero byte leaves gmsh's parser unusable: the process could not read another .geo file.
-
-    Raises:
-        MeshError: if there is one.
-    """
-    with path.open("rb") as file:
-        head = file.read(_HEAD)
-    language = path.suffix.lower() == ".geo" or head[:1] != b"$"
-    if language and path.suffix.lower() in (".geo", ".msh") and b"\0" in head:
-        raise MeshError(
-            f"mesh file {path}: gmsh cannot read it: is neither a mesh nor text",
-            code=Code.MESH_FILE,
-        )
 
 
 def extracted(name: str) -> RawMesh:
@@ -96,7 +94,9 @@ def extracted(name: str) -> RawMesh:
         )
     bodies = {group: entities for (d, group), entities in groups.items() if d == dim}
     kind, tags, owner = _cells(name, dim, list(bodies.values()))
-    points, row = _used_nodes(tags)
+    first, place = _each_once(name, tags, owner, list(bodies.values()))
+    tags = tags[first]
+    points, row = _used_nodes(name, tags)
     if dim < 3 and np.abs(points[:, dim:]).max() > 1e-9 * np.ptp(points, axis=0).max():
         raise MeshError(
             f"{name}: the largest elements have dimension {dim}, but the mesh leaves "
@@ -104,27 +104,55 @@ def extracted(name: str) -> RawMesh:
             "the body needs a physical group too)"
         )
     whole = completed(kind, points, row[tags])
-    cell = to_type(str(ufl_mesh(whole.cell_type, dim, np.float64).ufl_cell()))
     facets = {}
     for (d, group), entities in groups.items():
         if d == dim - 1:
             nodes = row[_facet_nodes(dim - 1, entities)]
-            nodes = whole.facets(nodes[(nodes >= 0).all(axis=1)])
-            shape = cell_entity_type(cell, dim - 1, 0)
-            facets[group] = nodes[:, cell_permutation(shape, nodes.shape[1])]
+            facets[group] = whole.facets(np.unique(nodes[(nodes >= 0).all(axis=1)], axis=0))
     return RawMesh(
         whole.cell_type,
         dim,
         np.ascontiguousarray(whole.points[:, :dim]),
-        whole.cells[:, cell_permutation(cell, whole.cells.shape[1])],
+        whole.cells,
         {group: nodes for group, nodes in facets.items() if len(nodes)},
-        {group: np.flatnonzero(np.isin(owner, entities)) for group, entities in bodies.items()},
+        {group: np.unique(place[np.isin(owner, entities)]) for group, entities in bodies.items()},
     )
 
 
-def _used_nodes(tags: Indices) -> tuple[Array, Indices]:
+def _each_once(
+    name: str, tags: Indices, owner: Indices, groups: list[Indices]
+) -> tuple[Indices, Indices]:
+    """Row of each cell the first time, and for all rows which of these cells they are.
+
+    Format 2.2 lists a cell once for each of its groups; other cells that stand twice are refused.
+    """
+    keys = np.sort(tags, axis=1)
+    _, first, place, count = np.unique(
+        keys, axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    first, place, count = first[order], rank[place.ravel()], count[order]
+    once = np.unique(np.column_stack([place, owner]), axis=0)
+    groups_of = sum(np.isin(once[:, 1], entities).astype(np.int64) for entities in groups)
+    allowed = np.bincount(once[:, 0], weights=groups_of, minlength=len(first))
+    if (count > allowed).any():
+        at = first[np.argmax(count > allowed)]
+        corner = ", ".join(f"{x:.6g}" for x in gmsh.model.mesh.getNode(int(tags[at, 0]))[0])
+        raise MeshError(
+            f"{name}: {int((count > allowed).sum())} elements stand there more than once, one at "
+            f"({corner}): mesh again, or remove the copies"
+        )
+    return first, place
+
+
+def _used_nodes(name: str, tags: Indices) -> tuple[Array, Indices]:
     """Coordinates of the nodes of cells, and the row of each tag, -1 for nodes of no cell."""
     number, coordinates, _ = gmsh.model.mesh.getNodes()
+    missing = np.setdiff1d(tags, number)
+    if missing.size:
+        raise MeshError(f"{name}: an element has the node {missing[0]}, which is not there")
     used = np.isin(number, tags)
     row = np.full(int(number.max()) + 1, -1, dtype=np.int64)
     row[number[used].astype(np.int64)] = np.arange(used.sum())
@@ -186,7 +214,7 @@ def _check_elements(name: str, kind: int, tags: Any) -> None:
         )
     if order > 2:
         raise MeshError(f"{name}: has elements of order {order}: must be of order 1 or 2")
-    bad = _degenerate(kind, tags)
+    bad = degenerate(kind, tags)
     if bad.size:
         _, nodes, _, _ = gmsh.model.mesh.getElement(int(bad[0]))
         corner = ", ".join(f"{x:.6g}" for x in gmsh.model.mesh.getNode(int(nodes[0]))[0])
@@ -196,7 +224,7 @@ def _check_elements(name: str, kind: int, tags: Any) -> None:
         )
 
 
-def _degenerate(kind: int, tags: Any) -> Any:
+def degenerate(kind: int, tags: Any) -> Any:
     """Tags of the elements without volume, or whose Jacobian changes sign."""
     if gmsh.model.mesh.getElementProperties(kind)[1] == 1:
         lengths = gmsh.model.mesh.getElementQualities(tags, "volume")

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import gmsh
 import numpy as np
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
@@ -14,9 +13,11 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
-from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
-from fenics_nnm.fem.mesh_file import read_raw
-from fenics_nnm.fem.raw_mesh import RawMesh, distributed
+from fenics_nnm.fem.built_in import built_in
+from fenics_nnm.fem.mesh_file import ReadMesh, assert_file, seconds_to_read
+from fenics_nnm.fem.native import Limits, in_own_process
+from fenics_nnm.fem.raw_mesh import RawMesh
+from fenics_nnm.fem.spreading import distributed
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.geometry.parameters import METRES
 
@@ -78,18 +79,28 @@ class TaggedMesh:
         return np.unique(np.concatenate([self.facets[name] for name in names]))
 
 
-def read_mesh(path: Path, length_unit: str, comm: MPI.Comm) -> TaggedMesh:
+def read_mesh(
+    path: Path, length_unit: str, comm: MPI.Comm, limits: Limits | None = None
+) -> TaggedMesh:
     """Read a mesh of gmsh or of another program with its named groups.
 
     Args:
         path: File with a mesh.
         length_unit: Unit of its coordinates, a key of `METRES`.
         comm: Communicator of the mesh.
+        limits: What the reader may take.
 
     Raises:
         MeshError: if the file cannot be used; the message says why.
     """
-    return spread_mesh(lambda: read_raw(path), METRES[length_unit], comm)
+
+    def read() -> RawMesh:
+        assert_file(path)
+        given = limits or Limits()
+        time = seconds_to_read(path) if given.time is None else given.time
+        return in_own_process(ReadMesh(path), replace(given, time=time))
+
+    return spread_mesh(read, METRES[length_unit], comm)
 
 
 def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
@@ -99,14 +110,7 @@ def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
         GeometryError: if the geometry cannot be made.
         MeshError: if its mesh cannot be used.
     """
-    name = f'built-in geometry "{geometry.model}"'
-
-    def read() -> RawMesh:
-        with gmsh_session(name):
-            geometry.build(gmsh.model)
-            return extracted(name)
-
-    return spread_mesh(read, METRES[geometry.length_unit], comm)
+    return spread_mesh(lambda: built_in(geometry), METRES[geometry.length_unit], comm)
 
 
 def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> TaggedMesh:

@@ -1,10 +1,18 @@
 """A box in three dimensions, straight or tapered."""
 
-from typing import Literal
+import math
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from fenics_nnm.geometry.parameters import Count, GeometryRecord, GmshModel, Length, LengthUnit
+from fenics_nnm.geometry.parameters import (
+    Count,
+    GeometryRecord,
+    GmshModel,
+    Length,
+    LengthUnit,
+    check_count,
+)
 
 # Corner i + 2 j + 4 k lies at (x, y, z) = (i length, j width, k height).
 _FACES = {
@@ -41,6 +49,11 @@ class Beam(GeometryRecord):
     cells: Literal["tetrahedron", "hexahedron"] = Field(
         default="hexahedron", description="each grid cell is one hexahedron or six tetrahedra"
     )
+
+    @model_validator(mode="after")
+    def _few_elements(self) -> Self:
+        check_count("elements", math.prod(self.elements))
+        return self
 
     def build(self, gmsh_model: GmshModel) -> None:
         """Fill the current gmsh model with geometry, mesh and named groups."""

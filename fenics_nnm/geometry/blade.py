@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,7 +20,14 @@ from fenics_nnm.geometry.design import (
     is_design,
     read_design,
 )
-from fenics_nnm.geometry.parameters import Count, GeometryRecord, GmshModel, Length, LengthUnit
+from fenics_nnm.geometry.parameters import (
+    Count,
+    GeometryRecord,
+    GmshModel,
+    Length,
+    LengthUnit,
+    check_count,
+)
 from fenics_nnm.geometry.section_lines import MOST_EDGE_CUT, SectionLines, section_lines
 from fenics_nnm.geometry.sections import Section, sections_of
 from fenics_nnm.geometry.walls import WallLine, wall_of
@@ -64,6 +71,8 @@ class Blade(GeometryRecord):
         0.007 mm (tip) inside. A fillet is a circular arc where airfoil and hub are perpendicular,
         and mitred at the edges. Elements have straight sides.
     """
+
+    native: ClassVar[bool] = True
 
     model: Literal["blade"] = "blade"
     length_unit: LengthUnit = Field(
@@ -248,8 +257,18 @@ class Blade(GeometryRecord):
         smallest = field.add("Min")
         field.setNumbers(smallest, "FieldsList", sizes)
         field.setAsBackgroundMesh(smallest)
+        self._check_count(gmsh_model, everything)
         with _options(_MESH_OPTIONS):
             gmsh_model.mesh.generate(3)
+
+    def _check_count(self, gmsh_model: GmshModel, solids: list[int]) -> None:
+        """Refuse sizes that give more elements than anybody means."""
+        volume = sum(gmsh_model.occ.getMass(3, tag) for tag in solids)
+        size = self.element_size
+        try:
+            check_count(f"mesh.element_size = {size:g}", 6 * volume / size**3)
+        except ValueError as error:
+            raise GeometryError(str(error)) from error
 
     def _size_near(self, field: GmshModel, curves: list[int], size: float) -> int:
         """Element size: `size` on the curves, rising linearly to element_size."""

@@ -99,15 +99,18 @@ def read_table(file: Path, key: str) -> CsvTable:
         GeometryError: A line that names the file, and the line, and what is wrong.
     """
     try:
-        lines = file.read_text(encoding="utf-8").splitlines()
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise GeometryError(f"{key} = {file}: cannot be read: {reason}") from error
-    cells = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(lines, 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    try:
+        cells = [
+            (number, [cell.strip() for cell in next(csv.reader([line]))])
+            for number, line in enumerate(lines, 1)
+            if line.strip() and not line.lstrip().startswith("#")
+        ]
+    except csv.Error as error:
+        raise GeometryError(f"{key} = {file}: cannot be read: {error}") from error
     if len(cells) < 2:
         raise GeometryError(f"{file}: has no table: must be a header line and rows of numbers")
     header = cells[0][1]

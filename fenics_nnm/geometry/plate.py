@@ -1,10 +1,18 @@
 """A rectangle in two dimensions."""
 
-from typing import Literal
+import math
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from fenics_nnm.geometry.parameters import Count, GeometryRecord, GmshModel, Length, LengthUnit
+from fenics_nnm.geometry.parameters import (
+    Count,
+    GeometryRecord,
+    GmshModel,
+    Length,
+    LengthUnit,
+    check_count,
+)
 
 
 class Plate(GeometryRecord):
@@ -24,6 +32,11 @@ class Plate(GeometryRecord):
     cells: Literal["triangle", "quadrilateral"] = Field(
         default="quadrilateral", description="each grid cell is one quadrilateral or two triangles"
     )
+
+    @model_validator(mode="after")
+    def _few_elements(self) -> Self:
+        check_count("elements", math.prod(self.elements))
+        return self
 
     def build(self, gmsh_model: GmshModel) -> None:
         """Fill the current gmsh model with geometry, mesh and named groups."""

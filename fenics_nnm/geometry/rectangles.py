@@ -3,7 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from fenics_nnm.geometry.parameters import GmshModel
+from fenics_nnm.errors import GeometryError
+from fenics_nnm.geometry.parameters import GmshModel, check_count
 
 Edge = tuple[str, int, int]
 """("x" or "y", i, j): the edge from grid point (i, j) to the next one along x or y."""
@@ -43,6 +44,7 @@ class Rectangles:
             groups: Names of facets, with the edges that they are on or over.
             regions: Names of cells, with the rectangles that they are in; all cells are "body" too.
         """
+        self._check_count()
         edges = self._add_edges(gmsh_model.geo)
         surfaces = [self._add_surface(gmsh_model.geo, edges, cell) for cell in self.filled]
         facets, bodies = edges, surfaces
@@ -57,6 +59,18 @@ class Rectangles:
         for name, members in groups.items():
             gmsh_model.addPhysicalGroup(dim - 1, [facets[edge] for edge in members], name=name)
         gmsh_model.mesh.generate(dim)
+
+    def _check_count(self) -> None:
+        """Refuse a size that gives more elements than anybody means."""
+        layers = 1 if self.depth is None else self._intervals(self.depth)
+        count = layers * sum(
+            self._intervals(self.x[i + 1] - self.x[i]) * self._intervals(self.y[j + 1] - self.y[j])
+            for i, j in self.filled
+        )
+        try:
+            check_count(f"mesh.element_size = {self.size:g}", count)
+        except ValueError as error:
+            raise GeometryError(str(error)) from error
 
     def _around(self, cell: Cell) -> tuple[Edge, Edge, Edge, Edge]:
         """Edges of a rectangle: bottom, right, top, left."""

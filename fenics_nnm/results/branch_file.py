@@ -34,7 +34,9 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,14 +47,16 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.errors import OutputError
+from fenics_nnm.errors import NonlinearModeError, OutputError
 from fenics_nnm.fem.blocks import Blocks, Data
+from fenics_nnm.files.bounds import check_hdf5
 from fenics_nnm.mechanics.contact_points import MASSIVE, MASSLESS
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.results import journal
 from fenics_nnm.results.durable import replacing
 from fenics_nnm.results.journal import Journal
+from fenics_nnm.results.seal import break_seal, check_seal, seal
 from fenics_nnm.results.stored_point import (
     ARRAYS,
     SCALARS,
@@ -130,6 +134,7 @@ def create(path: Path, header: BranchHeader, data: Data, known: Sequence[BranchP
         with replacing(path) as part:
             part.write_bytes(_image(header, data.arrays))
             _add(part, data.blocks)
+            seal(part)
         journal.begin(path, known)
 
 
@@ -161,10 +166,12 @@ def add_inertia(path: Path, inertia: Mapping[float, Blocks]) -> None:
     names = [f"inertia/{number:06d}" for number in range(len(inertia))]
     with _writing(path), replacing(path) as part:
         shutil.copyfile(path, part)
+        break_seal(part)
         _add(part, dict(zip(names, inertia.values(), strict=True)))
         with _opened(part, _ONCE) as file:
             for name, position in zip(names, inertia, strict=True):
                 file[name].attrs["position"] = position
+        seal(part)
 
 
 def gather(path: Path) -> None:
@@ -183,15 +190,15 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
     Raises:
         OutputError: if the file cannot be read or is of another kind.
     """
-    try:
+    with reading(path):
         unfinished = journal.read(path)  # first, as a run may be just finishing
+        check_seal(path)
+        check_hdf5(path, fits=False)
         with h5py.File(path, "r") as file:
             _assert_format(path, str(file.attrs.get("format", "")))
             points = [_point(group) for group in file["points"].values()] or unfinished
             latest = {point.position: point for point in points}
             return _header(file), tuple(latest[place] for place in sorted(latest))
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be read: {error}") from error
 
 
 def study_text(path: Path) -> str:
@@ -200,12 +207,34 @@ def study_text(path: Path) -> str:
     Raises:
         OutputError: if the file cannot be read or is of another kind.
     """
-    try:
+    with reading(path):
+        check_seal(path)
+        check_hdf5(path, fits=False)
         with h5py.File(path, "r") as file:
             _assert_format(path, str(file.attrs.get("format", "")))
             return str(file.attrs["study"])
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turns what HDF5 and NumPy raise at a damaged file into one line that names the file.
+
+    Raises:
+        OutputError: that line.
+    """
+    try:
+        yield
+    except (NonlinearModeError, MemoryError) as error:
+        if isinstance(error, OutputError | MemoryError):
+            raise
+        raise OutputError(f"{path}: is damaged: {error}") from error
     except OSError as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
+    except (KeyError, ValueError, TypeError, RuntimeError, IndexError, AttributeError) as error:
+        reason = " ".join(str(error).strip("'\"").split())
+        raise OutputError(
+            f"{path}: is damaged, or was written by another program: {reason}"
+        ) from error
 
 
 def _assert_format(path: Path, found: str) -> None:
@@ -224,6 +253,7 @@ def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
     size = sum(array.nbytes for point in points for array in arrays_of(point).values())
     with _writing(path), replacing(path) as part:
         shutil.copyfile(path, part)
+        break_seal(part)
         with _opened(part, size + _OVERHEAD * len(points) + _ONCE) as file:
             file.attrs.update(attributes)
             del file["points"]
@@ -233,6 +263,7 @@ def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
                     group[name] = array
                 group.attrs.update(scalars_of(point))
             file.require_group("points")
+        seal(part)
     shutil.rmtree(journal.folder_beside(path), ignore_errors=True)
 
 
@@ -283,6 +314,7 @@ def _opened(path: Path, size: int) -> h5py.File:
 
 def _header(file: h5py.File) -> BranchHeader:
     series, model = file["series"].attrs, file["model"]
+    tomllib.loads(file.attrs["study"])  # of a damaged file it may be none
     return BranchHeader(
         study=file.attrs["study"],
         versions=json.loads(file.attrs["versions"]),

@@ -186,9 +186,11 @@ def read_stored_branch(path: Path) -> StoredBranch:
         OutputError: if the file cannot be read, is of another kind, or has no mesh.
     """
     header, points = branch_file.read(path)
-    with h5py.File(path, "r") as file:
+    with branch_file.reading(path), h5py.File(path, "r") as file:
         if "mesh" not in file:
             raise OutputError(f"{path}: has no mesh to draw: it is a branch of [matrices]")
+        _assert_rows(file, len(file["mesh/points"]), ("mesh/cells", "contact/facets"))
+        _assert_rows(file, len(file["material/elasticity"]), ("material/row",))
         return StoredBranch(
             header=header,
             points=points,
@@ -212,6 +214,18 @@ def read_stored_branch(path: Path) -> StoredBranch:
                 for values in file.get("inertia", {}).values()
             },
         )
+
+
+def _assert_rows(file: h5py.File, count: int, names: Sequence[str]) -> None:
+    """Refuse rows that are not there.
+
+    Raises:
+        IndexError: if there are some.
+    """
+    for name in names:
+        rows = file[name][:]
+        if rows.size and not 0 <= rows.min() <= rows.max() < count:
+            raise IndexError(f"{name} has a row outside of 0 to {count - 1}")
 
 
 def _mapped(path: Path, values: h5py.Dataset) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,14 @@ from scipy import sparse
 from scipy.io import loadmat, mmread, whosmat
 
 from fenics_nnm.errors import ModelError
+from fenics_nnm.files.bounds import (
+    assert_fits,
+    check_hdf5,
+    check_matrix_market,
+    check_npy,
+    check_npz,
+    check_shape,
+)
 
 
 def read_matrix(path: Path, name: str | None = None) -> Any:
@@ -25,8 +34,8 @@ def read_matrix(path: Path, name: str | None = None) -> Any:
         ModelError: if the file cannot be read, or has no such matrix.
     """
     readers: dict[str, Callable[[], Any]] = {
-        ".mtx": lambda: mmread(path),
-        ".npy": lambda: np.load(path),
+        ".mtx": lambda: _from_matrix_market(path),
+        ".npy": lambda: _from_array(path),
         ".npz": lambda: _from_numpy(path, name),
         ".mat": lambda: _from_matlab(path, name),
     }
@@ -34,7 +43,7 @@ def read_matrix(path: Path, name: str | None = None) -> Any:
         raise ModelError(f"{path}: must be a .mtx, .npy, .npz or .mat file")
     try:
         with path.open("rb"):  # the readers' messages about a missing file differ
-            return readers[path.suffix]()
+            return _in_bounds(readers[path.suffix]())
     except (ModelError, MemoryError):
         raise
     except Exception as error:  # readers raise many kinds at a broken file
@@ -42,8 +51,31 @@ def read_matrix(path: Path, name: str | None = None) -> Any:
         raise ModelError(f"{path}: cannot be read as a matrix: {reason}") from error
 
 
+def _in_bounds(matrix: Any) -> Any:
+    """The matrix, whose indices all lie in its shape: native code does not look at them."""
+    check_shape(tuple(matrix.shape))
+    if sparse.issparse(matrix) and matrix.format in ("csr", "csc", "bsr"):
+        matrix.check_format(full_check=True)
+    elif sparse.issparse(matrix) and matrix.format == "coo":
+        for axis, size in ((matrix.row, matrix.shape[0]), (matrix.col, matrix.shape[1])):
+            if len(axis) and not 0 <= axis.min() <= axis.max() < size:
+                raise ValueError(f"has an index outside of 0 to {size - 1}")
+    return matrix
+
+
+def _from_matrix_market(path: Path) -> Any:
+    check_matrix_market(path)
+    return mmread(path)
+
+
+def _from_array(path: Path) -> Any:
+    check_npy(path)
+    return np.load(path, allow_pickle=False)
+
+
 def _from_numpy(path: Path, name: str | None) -> Any:
-    with np.load(path) as file:
+    check_npz(path)
+    with np.load(path, allow_pickle=False) as file:
         if {"format", "shape", "data"} <= set(file.files):
             if name is not None:
                 raise ModelError(
@@ -63,9 +95,14 @@ def _from_numpy(path: Path, name: str | None) -> Any:
 
 def _from_matlab(path: Path, name: str | None) -> Any:
     if h5py.is_hdf5(path):
+        check_hdf5(path)
         with h5py.File(path) as file:
             return _from_hdf5(file[_chosen(path, name, list(file))])
-    chosen = _chosen(path, name, [held for held, _, _ in whosmat(path)])
+    held = {name: shape for name, shape, _ in whosmat(path)}
+    chosen = _chosen(path, name, list(held))
+    check_shape(held[chosen])
+    if {kind for name, _, kind in whosmat(path) if name == chosen} != {"sparse"}:
+        assert_fits(8.0 * math.prod(held[chosen]), chosen)
     return loadmat(path, variable_names=[chosen])[chosen]
 
 

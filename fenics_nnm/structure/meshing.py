@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping
 
 from mpi4py import MPI
 
-from fenics_nnm.fem.cad import Cad, Refined, read_cad
+from fenics_nnm.fem.cad import Refined, read_cad
+from fenics_nnm.fem.cad_model import Cad
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.native import Limits
 from fenics_nnm.fem.picking import (
     Box,
     Condition,
@@ -45,11 +47,14 @@ def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
 
 
 def _read_cad(section: CadFile, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
-    return read_cad(_cad(section), pick, comm)
+    refined = tuple(
+        Refined(r.facets, r.size, r.distance, "mesh.refine.facets") for r in section.refine
+    )
+    return read_cad(_cad(section), refined, pick, comm, _limits(section))
 
 
 def _read_mesh(section: MeshFile, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
-    return read_mesh(section.file, section.length_unit, comm)
+    return read_mesh(section.file, section.length_unit, comm, _limits(section))
 
 
 def _generated(section: Geometry, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
@@ -68,10 +73,12 @@ def _cad(section: CadFile) -> Cad:
         element_size=section.element_size,
         order=section.order,
         curvature=section.curvature,
-        refined=tuple(
-            Refined(r.facets, r.size, r.distance, "mesh.refine.facets") for r in section.refine
-        ),
+        trust_script=section.trust_script,
     )
+
+
+def _limits(section: CadFile | MeshFile) -> Limits:
+    return Limits(section.memory, section.time)
 
 
 def _picks(groups: Mapping[str, GroupSection], tagged: TaggedMesh) -> dict[str, Pick]:

@@ -29,11 +29,15 @@ _ENERGIES = "range { from, to, step } of gamma ratios"
 _MOST_STEPS = 100_000
 
 
+#: A ratio, or a step of it: larger ones are misprints.
+Ratio = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
+
+
 class Bounds(Record):
     """From one value to another."""
 
-    start: Positive = Field(alias="from", description="first value")
-    stop: Positive = Field(alias="to", description="last value")
+    start: Ratio = Field(alias="from", description="first value")
+    stop: Ratio = Field(alias="to", description="last value")
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
@@ -45,7 +49,7 @@ class Bounds(Record):
 class Range(Bounds):
     """Equal steps from one value to another."""
 
-    step: Positive = Field(description="largest step")
+    step: Ratio = Field(description="largest step")
 
     @model_validator(mode="after")
     def _few_steps(self) -> Self:
@@ -57,9 +61,9 @@ class Range(Bounds):
 class Energies(Range):
     """Range of energies, as ratios of gamma to its value at grazing."""
 
-    start: Positive = Field(0.7, alias="from", description="first gamma ratio")
-    stop: Positive = Field(3.0, alias="to", description="last gamma ratio")
-    step: Positive = Field(0.1, description="largest step of the gamma ratio")
+    start: Ratio = Field(0.7, alias="from", description="first gamma ratio")
+    stop: Ratio = Field(3.0, alias="to", description="last gamma ratio")
+    step: Ratio = Field(0.1, description="largest step of the gamma ratio")
 
 
 class ArcEnergies(Bounds):
@@ -69,23 +73,23 @@ class ArcEnergies(Bounds):
         "step": 'has no effect with parameter = "arc-length": steps are those of arc_length'
     }
 
-    start: Positive = Field(0.7, alias="from", description="first gamma ratio")
-    stop: Positive = Field(3.0, alias="to", description="last gamma ratio")
+    start: Ratio = Field(0.7, alias="from", description="first gamma ratio")
+    stop: Ratio = Field(3.0, alias="to", description="last gamma ratio")
 
 
 class Frequencies(Range):
     """Range of frequencies, as ratios to that of the linear mode."""
 
-    start: Positive = Field(
+    start: Ratio = Field(
         alias="from",
         description="lowest frequency ratio, above 1 where gaps are open: contact makes a "
         "structure stiffer",
     )
-    stop: Positive = Field(
+    stop: Ratio = Field(
         alias="to",
         description="highest frequency ratio, below 1 where a closed contact lifts off",
     )
-    step: Positive = Field(0.005, description="largest step of the frequency ratio")
+    step: Ratio = Field(0.005, description="largest step of the frequency ratio")
 
     @model_validator(mode="after")
     def _on_one_side_of_the_linear_one(self) -> Frequencies:

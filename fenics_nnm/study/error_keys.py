@@ -17,6 +17,11 @@ _MESH_FILE = ("mesh file ", "mesh.file = ")
 #: Words of an error with a code, each with the key that stands for it.
 KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.CELLS_OF_MATERIALS: (("cells of materials", "material.cells"),),
+    Code.CURVED_ELEMENTS: (
+        _MESH_FILE,
+        ("a smaller element size", "a smaller element_size"),
+        ("elements of order 1", "order = 1"),
+    ),
     Code.CYLINDRICAL_AXES: (("cylindrical axes: ", "material.orientation.cylindrical: "),),
     Code.DEGREE: (("degree = ", "body.degree = "), _DIRECT),
     Code.DEGREE_WITHOUT_MEMORY: (("degree = ", "body.degree = "),),
@@ -36,6 +41,7 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
             'a larger solver.memory, or solver.linear = "iterative"',
         ),
     ),
+    Code.MEMORY_LIMIT: (_MESH_FILE, ("the memory limit", "the limit mesh.memory")),
     Code.MESHING: (_MESH_FILE, ("the element size", "element_size")),
     Code.MESH_FILE: (_MESH_FILE,),
     Code.MODE: (("mode = ", "mode.number = "),),
@@ -54,6 +60,7 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
         ("another mode or contact direction", "another mode.number or contact.direction"),
     ),
     Code.THEORY: (('theory "', 'body.theory = "'),),
+    Code.TIME_LIMIT: (_MESH_FILE, ("the time limit", "mesh.time")),
     Code.TOO_MANY_MODES: (("fewer modes", "fewer reduction.modes"),),
 }
 
@@ -81,6 +88,11 @@ def _message(error: BaseException) -> str:
         return "out of memory: use a coarser mesh or fewer reduction.modes"
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
+    if isinstance(error, ArithmeticError):
+        return (
+            f"a number becomes too large or too small to compute with ({error}): check lengths, "
+            "units and material (--verbose shows where)"
+        )
     return (
         f"this is a defect of fenics-nnm, please report it: {type(error).__name__}: {error} "
         "(--verbose shows where)"

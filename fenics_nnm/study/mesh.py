@@ -9,19 +9,39 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from fenics_nnm.geometry.parameters import Length, LengthUnit
-from fenics_nnm.study.record import Count, FromList, Names, Record
+from fenics_nnm.study.record import Count, FromList, Names, Positive, Record
 
 #: Endings of files with a geometry, which is meshed here.
 CAD_ENDINGS = (".step", ".stp", ".iges", ".igs", ".brep", ".geo")
 
+_OF_GEOMETRIES = (
+    "element_size",
+    "order",
+    "refine",
+    "curvature",
+    "ignore_declared_unit",
+    "trust_script",
+)
+
 _Unit = Annotated[LengthUnit, Field(description="the unit of the file's coordinates")]
 
 
-class MeshFile(Record):
+class _File(Record):
+    """A file that a process of its own reads, and what that may take."""
+
+    memory: Positive | None = Field(
+        None, description="GiB that reading and meshing may take; 80 % of what is free if not given"
+    )
+    time: Positive | None = Field(
+        None, description="seconds that reading and meshing may take, each time"
+    )
+
+
+class MeshFile(_File):
     """A mesh made elsewhere, with named groups."""
 
     absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("element_size", "order", "refine", "curvature", "ignore_declared_unit"),
+        _OF_GEOMETRIES,
         f"belongs to a geometry ({', '.join(CAD_ENDINGS)}): the file has a mesh",
     )
 
@@ -39,13 +59,16 @@ class Refinement(Record):
     )
 
 
-class CadFile(Record):
+class CadFile(_File):
     """A geometry of a CAD program, or of gmsh, to be meshed."""
 
     file: Annotated[Path, Field(strict=False, description="a CAD file, relative to the study")]
     length_unit: _Unit
     ignore_declared_unit: bool = Field(
         False, description="true: take the file's numbers in length_unit whatever unit it declares"
+    )
+    trust_script: bool = Field(
+        False, description="true: a .geo script may start programs, and read and write any file"
     )
     element_size: Length | None = Field(
         None, description="largest edge length of the elements, in length_unit"
@@ -60,6 +83,8 @@ class CadFile(Record):
 
     @model_validator(mode="after")
     def _sizes_fit(self) -> CadFile:
+        if self.trust_script and self.file.suffix.lower() != ".geo":
+            raise ValueError("trust_script: has no effect: the file is no script (.geo)")
         if self.element_size is None and self.file.suffix.lower() != ".geo":
             raise ValueError(
                 "element_size: is missing (largest edge length of the elements, in length_unit)"

@@ -61,13 +61,15 @@ def read_values(path: Path) -> dict[str, Any]:
         StudyError: if it cannot be read or is not TOML.
     """
     try:
-        text = path.read_bytes().decode()
+        text = path.read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path}: cannot be read: {plain(error)}") from error
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"{path}: is not TOML: {error}") from error
+    except RecursionError as error:
+        raise StudyError(f"{path}: is not a study: its lists or sections lie too deep") from error
 
 
 def study_from(values: dict[str, Any], path: Path) -> Study:

@@ -29,6 +29,8 @@ ROOMS = (
     "interrupts",
     "stages",
     "progress",
+    "processes",
+    "files",
     "mechanics",
     "reduction",
     "nonlinear",

@@ -1,0 +1,73 @@
+"""Built-in geometries, meshed here or, where OpenCASCADE makes them, in a process of their own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import gmsh
+
+from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
+from fenics_nnm.fem.native import Limits, in_own_process
+from fenics_nnm.fem.native_errors import GeometryErrors
+from fenics_nnm.fem.raw_mesh import RawMesh
+from fenics_nnm.geometry import Geometry
+
+
+@dataclass(frozen=True, slots=True)
+class BuildGeometry:
+    """The job of making and meshing a built-in geometry.
+
+    Attributes:
+        geometry: The geometry.
+    """
+
+    geometry: Geometry
+
+    @property
+    def errors(self) -> GeometryErrors:
+        """Errors of the geometry."""
+        return GeometryErrors(self.geometry.model)
+
+    @property
+    def advice(self) -> str:
+        """What to try."""
+        return "try another element size, sections that change less, or a smaller fillet"
+
+    @property
+    def trusted(self) -> bool:
+        """It needs no more than to read its tables."""
+        return False
+
+    def fault(self) -> str:
+        """Nothing is known without OpenCASCADE."""
+        return ""
+
+    def __call__(self, folder: Path) -> RawMesh:
+        """Make and mesh it.
+
+        Raises:
+            GeometryError: if the geometry cannot be made.
+            MeshError: if its mesh cannot be used.
+        """
+        with gmsh_session(self.errors.what, talks=True):
+            return self.mesh()
+
+    def mesh(self) -> RawMesh:
+        """Make and mesh it in the current gmsh model."""
+        self.geometry.build(gmsh.model)
+        return extracted(self.errors.what)
+
+
+def built_in(geometry: Geometry) -> RawMesh:
+    """The mesh of a built-in geometry.
+
+    Raises:
+        GeometryError: if the geometry cannot be made.
+        MeshError: if its mesh cannot be used.
+    """
+    job = BuildGeometry(geometry)
+    if geometry.native:
+        return in_own_process(job, Limits())
+    with gmsh_session(job.errors.what):
+        return job.mesh()

@@ -1,0 +1,118 @@
+"""How a mesh that one rank has read is spread over the ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from dolfinx import mesh as dmesh
+from dolfinx.cpp.mesh import cell_entity_type, to_type
+from dolfinx.graph import adjacencylist
+from mpi4py import MPI
+
+from fenics_nnm.arrays import Indices
+from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.compat import cell_permutation, distribute_entity_data, ufl_mesh
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fem.raw_mesh import RawMesh
+
+
+@dataclass(frozen=True, slots=True)
+class SpreadMesh:
+    """A mesh that is spread over the ranks.
+
+    Attributes:
+        mesh: Mesh in metres.
+        facets: Local facets of each named group.
+        cells: Local cells, ghosts included, of each named group.
+        nodes: Local nodes of the geometry, ghosts included, of each named set of nodes.
+        attached: Those of `RawMesh`, with as many components as the mesh has dimensions.
+        notes: Those of `RawMesh`.
+    """
+
+    mesh: dmesh.Mesh
+    facets: dict[str, Indices]
+    cells: dict[str, Indices]
+    nodes: dict[str, Indices]
+    attached: tuple[Attachment, ...]
+    notes: tuple[str, ...]
+
+
+def distributed(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> SpreadMesh:
+    """Spread the mesh that rank 0 reads over the ranks.
+
+    Args:
+        read: Called on rank 0 alone; what it raises is raised on all ranks.
+        metres: Metres in one unit of the coordinates.
+        comm: Communicator of the mesh.
+    """
+    raw = None
+
+    def on_first() -> tuple[int, int, int, list[str], RawMesh]:
+        nonlocal raw
+        raw = _in_order_of_dolfinx(read())
+        none = np.empty((0, raw.dim))
+        named = replace(raw, points=none, cells=none.astype(np.int64), facets={})
+        return raw.cell_type, raw.dim, raw.cells.shape[1], list(raw.facets), named
+
+    cell_type, dim, width, names, named = on_root(comm, on_first)
+    if raw is None:
+        no_cells = np.empty((0, width), dtype=np.int64)
+        raw = RawMesh(cell_type, dim, np.empty((0, dim)), no_cells, {}, {})
+    # by name: dolfinx 0.10 exchanged the last two
+    mesh = dmesh.create_mesh(
+        comm, raw.cells, x=raw.points * metres, e=ufl_mesh(cell_type, dim, np.float64)
+    )
+    mesh.topology.create_connectivity(dim - 1, dim)
+    mesh.topology.create_connectivity(dim, dim - 1)
+    facets = {name: _local_facets(mesh, raw, name) for name in names}
+    read_as = mesh.topology.original_cell_index
+    cells: dict[str, Indices] = {
+        name: np.flatnonzero(np.isin(read_as, rows)).astype(np.int32)
+        for name, rows in named.groups.items()
+    }
+    numbers = np.asarray(mesh.geometry.input_global_indices, dtype=np.int64)
+    nodes: dict[str, Indices] = {
+        name: np.flatnonzero(np.isin(numbers, rows)) for name, rows in named.nodes.items()
+    }
+    return SpreadMesh(mesh, facets, cells, nodes, _attached(named, metres), named.notes)
+
+
+def _attached(raw: RawMesh, metres: float) -> tuple[Attachment, ...]:
+    if raw.attached and metres != 1:
+        raise MeshError(
+            f"{raw.attached[0].key} cannot be followed: the unit of its value is not known where "
+            f"lengths are not in m: leave it out, and give it as [[{raw.attached[0].kind}]] of the "
+            "study in SI units"
+        )
+    return tuple(
+        replace(each, point=each.point[: raw.dim], values=each.values[: raw.dim])
+        for each in raw.attached
+    )
+
+
+def _in_order_of_dolfinx(raw: RawMesh) -> RawMesh:
+    """The mesh with the nodes of its cells and facets in dolfinx's order."""
+    cell = to_type(str(ufl_mesh(raw.cell_type, raw.dim, np.float64).ufl_cell()))
+    facet = cell_entity_type(cell, raw.dim - 1, 0)
+    return replace(
+        raw,
+        cells=raw.cells[:, cell_permutation(cell, raw.cells.shape[1])],
+        facets={
+            name: nodes[:, cell_permutation(facet, nodes.shape[1])] if len(nodes) else nodes
+            for name, nodes in raw.facets.items()
+        },
+    )
+
+
+def _local_facets(mesh: dmesh.Mesh, raw: RawMesh, group: str) -> Indices:
+    width = mesh.comm.bcast(raw.facets[group].shape[1] if mesh.comm.rank == 0 else 0, root=0)
+    nodes = raw.facets.get(group, np.empty((0, width), dtype=np.int64))
+    dim = raw.dim - 1
+    entities, values = distribute_entity_data(
+        mesh, dim, nodes, np.zeros(len(nodes), dtype=np.int32)
+    )
+    tags = dmesh.meshtags_from_entities(mesh, dim, adjacencylist(entities), values)
+    return tags.indices

@@ -1,0 +1,1 @@
+"""What is looked at of a file of somebody else before it is read."""

@@ -1,0 +1,57 @@
+"""Whether a folder may get results: what is replaced there must be of this program."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+import h5py
+
+from fenics_nnm.errors import StudyError
+from fenics_nnm.results.staging import RESULTS
+
+#: Beginning of the format of all versions of branch.h5.
+_FORMAT = "fenics_nnm branch"
+
+
+def assert_replaceable(folder: Path, inputs: Iterable[Path]) -> None:
+    """Refuse a folder in which files of somebody else would be replaced.
+
+    Args:
+        folder: Folder for results, which may not be there yet.
+        inputs: The study, and files that it names.
+
+    Raises:
+        StudyError: if an input lies in it, or files with names of results that no run has written.
+    """
+    place = folder.resolve()
+    for path in inputs:
+        held = path.resolve()
+        if held.parent == place or any(held.is_relative_to(place / name) for name in RESULTS):
+            raise StudyError(
+                f"output folder {folder}: holds {path.name}, which the study is read from: must be "
+                "a folder of its own, such as results/NAME"
+            )
+    there = [name for name in RESULTS if (folder / name).exists()]
+    if there and not (_is_branch(folder / "branch.h5") or _is_summary(folder / "summary.json")):
+        raise StudyError(
+            f"output folder {folder}: has {', '.join(there)} that no run of this program has "
+            "written: must be another folder, or these be moved away"
+        )
+
+
+def _is_branch(path: Path) -> bool:
+    try:
+        with h5py.File(path, "r") as file:
+            return str(file.attrs.get("format", "")).startswith(_FORMAT)
+    except (OSError, RuntimeError, KeyError, ValueError):
+        return False
+
+
+def _is_summary(path: Path) -> bool:
+    try:
+        held = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(held, dict) and "fenics_nnm" in held.get("versions", {})

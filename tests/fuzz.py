@@ -1,0 +1,282 @@
+"""Hostile inputs by the hundred: each ends with exit code 0, 1 or 2 and one line, in time.
+
+python3 tests/fuzz.py           every key with 20 values, meshes cut and flipped at 200 places,
+                                100 damaged branch.h5: about an hour
+python3 tests/fuzz.py --few     a small part of it, as the tests run it
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import json
+import os
+import random
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from conftest import BEAM, PLATE, ROD, toml
+
+#: Seconds and GiB of addresses that one input may take; the libraries take some before it comes.
+SECONDS, GIBIBYTES = 60.0, 6.0
+
+#: Values that keys are given: wrong types, extremes, long, deep, strange.
+HOSTILE: tuple[Any, ...] = (
+    *(0, -1, 1e300, 1e-300, -1e300, float("nan"), float("inf"), 10**30, 2**63, True),
+    *("", "\\$\\frac{a", "x" * 100_000, "../../etc/passwd", "auto", "\u202e\u0001\U0001f600"),
+    *([], [0.1] * 10_000, [[[[]]]], {"a": {"b": [1, {"c": 2}]}}),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """One input.
+
+    Attributes:
+        name: What it is.
+        files: Bytes of its files by name.
+        arguments: What fenics-nnm is called with.
+    """
+
+    name: str
+    files: dict[str, bytes]
+    arguments: tuple[str, ...]
+
+
+def leaves(values: dict[str, Any], place: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Places of the keys of a study, sections too."""
+    for key, value in values.items():
+        yield (*place, key)
+        if isinstance(value, dict):
+            yield from leaves(value, (*place, key))
+
+
+def of_studies(rng: random.Random, few: bool) -> Iterator[Input]:
+    """Each key of some studies with each hostile value, and texts that are no study."""
+    for base_name, base in (("rod", ROD), ("plate", PLATE), ("beam", BEAM)):
+        places = list(leaves(base))
+        for place in rng.sample(places, 3) if few else places:
+            for number in rng.sample(range(len(HOSTILE)), 2) if few else range(len(HOSTILE)):
+                study = copy.deepcopy(base)
+                section = study
+                for key in place[:-1]:
+                    section = section[key]
+                section[place[-1]] = HOSTILE[number]
+                name = f"{base_name} {'.'.join(place)} = {str(HOSTILE[number])[:30]}"
+                yield Input(name, {"s.toml": text_of(study)}, ("check", "s.toml"))
+    deep = b"a = " + b"[" * 5000 + b"]" * 5000
+    for name, text in (
+        ("deep", deep),
+        ("zero", b"\0" * 100),
+        ("latin", b"title = '\xe9'"),
+        ("mark", b"\xef\xbb\xbf" + text_of(ROD)),
+    ):
+        yield Input(name, {"s.toml": text}, ("check", "s.toml"))
+
+
+def text_of(study: dict[str, Any]) -> bytes:
+    """The text of a study, whatever its values are."""
+    lines = [f"{key} = {value_of(value)}" for key, value in study.items()]
+    return ("\n".join(lines) + "\n").encode("utf-8", "surrogatepass")
+
+
+def value_of(value: Any) -> str:
+    """A value of TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {value_of(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(value_of, value)) + "]"
+    return json.dumps(value) if isinstance(value, str) else repr(value)
+
+
+def damaged(data: bytes, rng: random.Random, count: int) -> Iterator[tuple[str, bytes]]:
+    """A file cut, and with flipped bytes and runs, at places."""
+    for number in range(count):
+        place = rng.randrange(len(data))
+        bad = bytearray(data)
+        if number % 4 == 0:
+            bad = bad[:place]
+        elif number % 4 == 3:
+            bad[place : place + 40] = rng.randbytes(40)
+        else:
+            bad[place] ^= 1 << rng.randrange(8)
+        yield f"{('cut', 'flip', 'flip', 'run')[number % 4]} at {place}", bytes(bad)
+
+
+def of_meshes(rng: random.Random, few: bool, folder: Path) -> Iterator[Input]:
+    """Meshes and a geometry, damaged."""
+    import gmsh
+    from small_meshes import saved_model
+
+    endings = ("msh", "inp", "bdf", "unv", "vtk", "step")
+    for ending in endings:
+        path = folder / f"m.{ending}"
+        with saved_model(path):
+            gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+            gmsh.model.occ.synchronize()
+            gmsh.model.addPhysicalGroup(3, [1], name="body")
+            for tag, name in ((1, "left"), (2, "right")):
+                gmsh.model.addPhysicalGroup(2, [tag], name=name)
+            gmsh.option.setNumber("Mesh.MeshSizeMax", 1.0)
+            gmsh.model.mesh.generate(3)
+        study = copy.deepcopy(BEAM)
+        study["mesh"] = {"file": path.name, "length_unit": "m"}
+        if ending == "step":
+            study["mesh"] |= {"element_size": 1.0, "ignore_declared_unit": True}
+        study["groups"] = {"left": {"x": 0.0}, "right": {"x": 1.0}}
+        for name, data in damaged(path.read_bytes(), rng, 1 if few else 200 // len(endings) + 1):
+            files = {"s.toml": text_of(study), path.name: data}
+            yield Input(f"{path.name} {name}", files, ("check", "s.toml"))
+
+
+def of_branches(rng: random.Random, few: bool, folder: Path) -> Iterator[Input]:
+    """A branch.h5, damaged, with its digest and without."""
+    from fenics_nnm.run import run_study
+    from fenics_nnm.study import study_from
+
+    values = {**ROD, "continuation": {"energies": {"from": 0.9, "to": 1.1, "step": 0.1}}}
+    run_study(study_from(values, folder / "s.toml"), toml(values), folder / "r")
+    whole = (folder / "r" / "branch.h5").read_bytes()
+    bare = whole[: whole.rindex(b"fenics_nnm digest ")]
+    count = 2 if few else 50
+    for kind, data in (("sealed", whole), ("bare", bare)):
+        for name, bad in damaged(data, rng, count):
+            arguments = ("export", "r", "--gamma", "1.1")
+            yield Input(f"branch.h5 {kind} {name}", {"r/branch.h5": bad}, arguments)
+
+
+def complaint(code: int, told: str) -> str:
+    """What is wrong with how an input ended, empty if nothing is."""
+    lines = [line for line in told.splitlines() if line.strip()]
+    if code not in (0, 1, 2):
+        return f"exit code {code}"
+    if "this is a defect" in told or "Traceback" in told:
+        return "a defect"
+    if any(not line.startswith("fenics-nnm: ") for line in lines):
+        return "other lines"
+    if code and not lines:
+        return "no line"
+    return ""
+
+
+def serve() -> None:
+    """Run inputs, a line of JSON each, in this process."""
+    from fenics_nnm.cli import main
+
+    most = int(GIBIBYTES * 2**30)
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    answers = os.fdopen(os.dup(1), "w")
+    for line in sys.stdin:
+        asked = json.loads(line)
+        os.chdir(asked["folder"])
+        kept = os.dup(2)
+        with open("told", "wb") as told, open(os.devnull, "wb") as nothing:
+            os.dup2(told.fileno(), 2)
+            os.dup2(nothing.fileno(), 1)
+            try:
+                code: Any = main(asked["arguments"])
+            except SystemExit as end:
+                code = end.code
+            sys.stderr.flush()
+        os.dup2(kept, 2)
+        os.close(kept)
+        answers.write(f"{code}\n")
+        answers.flush()
+
+
+class Server:
+    """A process that runs inputs, and another one after it has died."""
+
+    def __init__(self) -> None:
+        self._start()
+
+    def _start(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, __file__, "--serve"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+
+    def ended(self, folder: Path, arguments: tuple[str, ...]) -> int | None:
+        """Exit code of an input, the signal below zero; none if it took too long."""
+        import select
+
+        assert self._process.stdin is not None and self._process.stdout is not None
+        line = json.dumps({"folder": str(folder), "arguments": arguments})
+        self._process.stdin.write(line.encode() + b"\n")
+        self._process.stdin.flush()
+        if not select.select([self._process.stdout], [], [], SECONDS)[0]:
+            self.stop()
+            self._start()
+            return None
+        answer = self._process.stdout.readline()
+        if answer:
+            return int(answer)
+        code = self._process.wait()
+        self.stop()
+        self._start()
+        return code if code else -1
+
+    def stop(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.communicate()
+
+
+def fuzz(*, few: bool, seed: int = 1) -> list[str]:
+    """Run all inputs; what is wrong, a line each."""
+    rng = random.Random(seed)
+    wrong = []
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
+        folder = Path(name)
+        server = Server()
+        count, slowest = 0, 0.0
+        for made in (
+            of_studies(rng, few),
+            of_meshes(rng, few, folder),
+            of_branches(rng, few, folder),
+        ):
+            for each in made:
+                count += 1
+                place = folder / str(count)
+                for file, data in each.files.items():
+                    (place / file).parent.mkdir(parents=True, exist_ok=True)
+                    (place / file).write_bytes(data)
+                start = time.monotonic()
+                code = server.ended(place, each.arguments)
+                slowest = max(slowest, time.monotonic() - start)
+                told = (place / "told").read_text("utf-8", "replace")
+                fault = "too slow" if code is None else complaint(code, told)
+                if fault:
+                    wrong.append(f"{each.name}: {fault}: {told.strip()[-300:]!r}")
+                    print(wrong[-1], flush=True)  # noqa: T201
+        server.stop()
+    print(f"{count} inputs, the slowest {slowest:.1f} s, {len(wrong)} wrong")  # noqa: T201
+    return wrong
+
+
+def main() -> int:
+    """Run the script."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--few", action="store_true")
+    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    if arguments.serve:
+        serve()
+        return 0
+    return int(bool(fuzz(few=arguments.few, seed=arguments.seed)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from fenics_nnm import __version__
 from fenics_nnm.commands import COMMANDS
 from fenics_nnm.commands.shared import BAD_INPUT, INCOMPLETE, complain
+from fenics_nnm.commands.warnings_shown import show_by_line
 from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
 from fenics_nnm.study.error_keys import one_line
 
@@ -40,8 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _configure_logging(*, verbose: bool) -> None:
     """Show warnings, and on the way stages and points if asked for; other libraries' never."""
     logging.basicConfig(format="fenics-nnm: %(message)s")
-    logging.captureWarnings(True)
-    logging.getLogger("py.warnings").setLevel(logging.INFO if verbose else logging.CRITICAL)
+    show_by_line()
     logging.getLogger("fenics_nnm").setLevel(logging.INFO if verbose else logging.WARNING)
 
 

@@ -22,13 +22,13 @@ from fenics_nnm.fem.vertices import at_vertices
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """A mass, or springs to the ground, in the directions of the axes.
+    """A mass, springs to the ground or a force, in the directions of the axes.
 
     Attributes:
         key: The study's section, for messages.
-        kind: "mass" or "spring".
-        values: Mass in kg or stiffness in N/m along each axis, shape (dim,); per area, in
-            kg/m^2 or N/m^3, if `per_area`.
+        kind: "mass", "spring" or "force".
+        values: Mass in kg, stiffness in N/m or force in N along each axis, shape (dim,); per area,
+            in kg/m^2 or N/m^3, if `per_area`.
         point: Coordinates in m that the nearest vertex is taken to; empty for facets.
         facets: Names of groups of facets that it is spread over evenly; empty for a point.
         per_area: Whether values are per area of the facets.
@@ -37,7 +37,7 @@ class Attachment:
     """
 
     key: str
-    kind: Literal["mass", "spring"]
+    kind: Literal["mass", "spring", "force"]
     values: tuple[float, ...]
     point: tuple[float, ...] = ()
     facets: tuple[str, ...] = ()

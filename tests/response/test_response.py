@@ -1,6 +1,7 @@
 """Driven structures against closed forms, through the study file and the command."""
 
 import csv
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from mpi4py import MPI
 from ranks import on_ranks
 from scipy.linalg import eigh
 
+from fenics_nnm.mechanics.force import CubicSprings
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.response.driven import Status, response
@@ -215,6 +217,17 @@ def test_cubic_spring_has_the_amplitude_of_the_duffing_oscillator(
         np.testing.assert_allclose(balance, [10.0, 0.0], atol=1e-7)
         linear_change = max(linear_change, abs(x / np.linalg.solve(Z, [10.0, 0.0])[0] - 1))
     assert linear_change > 1e-3
+
+
+def test_motion_that_is_not_found_has_no_numbers() -> None:
+    """A hardening spring and a force far above what the iteration starts at."""
+    plain = oscillator(0.001, 1e4, gap=1e6)
+    hard = CubicSprings(np.array([[1.0]]), np.array([1e12]))
+    structure = dataclasses.replace(plain, forces=(hard,))
+    (point,) = response(structure, FourierSeries(1, 16), np.array([2.0]))
+    assert point.status == Status.FAILED and not point.found
+    assert np.isnan(point.amplitude).all() and np.isnan(point.gap).all()
+    assert "Newton" in point.reason or "stalled" in point.reason
 
 
 def rod_tip(frequency: np.ndarray, zeta: float) -> np.ndarray:

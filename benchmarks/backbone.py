@@ -31,7 +31,7 @@ import numpy as np
 from tips import blade_tip
 
 from fenics_nnm.backbone.branch import Branch
-from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.follow import EnergyContinuation, Progress, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.mechanics.model import ReducedModel
@@ -64,7 +64,9 @@ def measured(model: ReducedModel, balance: HarmonicBalance) -> Measured:
     def noted(point: BranchPoint) -> None:
         last[0] = time.process_time()
 
-    branch = follow(model, _ENERGIES, balance, mode=0, shooting=True, on_point=noted)
+    branch = follow(
+        model, _ENERGIES, balance, mode=0, shooting=True, progress=Progress(on_point=noted)
+    )
     return Measured(branch, last[0] - start, time.process_time() - start)
 
 
@@ -123,7 +125,7 @@ def long_branch(points: int) -> None:
 
     print("| points | memory (MB) |\n|---|---|", flush=True)
     energies = EnergyContinuation(1.05, 2.0, 0.95 / (points - 1))
-    follow(rod(4), energies, HarmonicBalance(3, 32), mode=0, on_point=noted)
+    follow(rod(4), energies, HarmonicBalance(3, 32), mode=0, progress=Progress(on_point=noted))
 
 
 def main() -> None:

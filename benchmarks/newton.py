@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from tips import blade_tip
 
-from fenics_nnm.backbone.cascade import Lift
+from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.nonlinear.condensed import pays
 from fenics_nnm.nonlinear.conditions import FixedEnergy
@@ -86,10 +86,10 @@ def motion(size: Size) -> tuple[HarmonicEquations, Solution]:
     """The motion of a case, level by level from its first mode alone."""
     model, _ = blade_tip(size.modes, size.points).dimensionless()
     balance = HarmonicBalance(size.harmonics, size.samples)
-    lift = Lift(levels(model, balance, mode=0), 0, Newton(iterations=60))
-    found = lift.at(_GAMMA_RATIO, None)
+    cascade = Cascade(levels(model, balance, mode=0), 0, Newton(iterations=60))
+    found = cascade.at(_GAMMA_RATIO, None)
     assert found.finest is not None, found.failure
-    return lift.levels[-1].equations, found.finest
+    return cascade.levels[-1].equations, found.finest
 
 
 def guesses(found: Solution) -> Iterator[np.ndarray]:

@@ -18,6 +18,7 @@ class Code(StrEnum):
     ELEMENT_SIZE = "element size"
     FULL_ORDER_GAP = "gap at full order"
     GAP = "gap"
+    GAP_WITH_FORCES = "gap with forces"
     GAP_WITH_MASS = "gap of points with mass"
     LENGTH_UNIT = "length unit"
     MASS_AT_CONTACT = "mass at contact points"

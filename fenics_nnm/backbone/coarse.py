@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fenics_nnm.backbone.levels import Guess, Level
+from fenics_nnm.backbone.level_solver import Guess
+from fenics_nnm.backbone.levels import Level
 from fenics_nnm.backbone.memory import forget_oldest
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.nonlinear.equations import harmonic_equations
@@ -18,6 +19,9 @@ GRAZING_GAMMA = 0.25
 
 #: Step in gamma ratio at the coarsest level, whose branch is smooth; relative above 1.
 _STEP = 0.1
+
+#: Where a motion is begun that forces besides contact make nonlinear at any energy.
+_ALL_BUT_LINEAR = 1e-4
 
 #: Motions that are kept.
 _KEPT = 500
@@ -48,13 +52,14 @@ class CoarseBranch:
         """The motion at a gamma ratio, without the slopes of its forces; None if not reached."""
         if not self._known:
             linear = self.level.equations.rest.is_linear(self._column)
-            first = self._linear_start(self.level, 0.5) if linear else self._touching_start()
+            begin = self._first_ratio
+            first = self._linear_start(self.level, begin) if linear else self._touching_start()
             if not first.converged:
                 return None
-            self._known[0.5 if linear else 1.0] = first.thinned()
+            self._known[begin if linear else 1.0] = first.thinned()
         at = min(self._known, key=lambda known: abs(known - gamma_ratio))
         while at != gamma_ratio:
-            longest = _STEP * max(1.0, at)
+            longest = min(_STEP * max(1.0, at), self._growth * at)
             step = np.clip(gamma_ratio - at, -longest, longest)
             following = gamma_ratio if abs(gamma_ratio - at) <= longest else float(at + step)
             solution = self._solved(self.level.scaled(self._known[at], following / at), following)
@@ -66,12 +71,22 @@ class CoarseBranch:
         return self._known[at]
 
     @property
+    def _first_ratio(self) -> float:
+        """Gamma ratio to begin at: where the motion is linear, or all but linear with forces."""
+        return _ALL_BUT_LINEAR if self.level.equations.mechanics.forces else 0.5
+
+    @property
+    def _growth(self) -> float:
+        """Largest relative step: without forces besides contact it is linear up to ratio 1."""
+        return 1.0 if self.level.equations.mechanics.forces else np.inf
+
+    @property
     def _column(self) -> int:
         return int(np.searchsorted(self.level.modes, self.mode))
 
     def _solved(self, guess: Guess, gamma_ratio: float) -> Solution | None:
         try:
-            found = self.level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+            found = self.level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
         except np.linalg.LinAlgError:
             return None
         followed = found.converged and self.level.share(found.q, self.mode) >= self.smallest_share
@@ -84,7 +99,7 @@ class CoarseBranch:
         q[1] = np.sqrt(gamma_ratio) * rest.shapes[:, self._column]
         force = np.tile(rest.force, (len(level.equations.series.phase), 1))
         guess = Guess(q, float(rest.omega[self._column]), force)
-        return level.solve(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+        return level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
 
     def _touching_start(self) -> Solution:
         """The motion at gamma ratio 1 where points touch at rest.
@@ -93,8 +108,8 @@ class CoarseBranch:
         """
         found = self._linear_start(_opened(self.level, 1.5), 1.0)
         for part in _OPENED:
-            guess = Guess(found.q, found.omega, found.forces.force)
-            found = _opened(self.level, part).solve(GRAZING_GAMMA, guess, self.newton)
+            opened = _opened(self.level, part)
+            found = opened.at_energy(GRAZING_GAMMA, Guess.of(found), self.newton)
         return found
 
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from fenics_nnm.backbone.cascade import Lift, Stack
+from fenics_nnm.backbone.cascade import Cascade
+from fenics_nnm.backbone.cascade_solution import CascadeSolution
 from fenics_nnm.backbone.coarse import GRAZING_GAMMA
-from fenics_nnm.backbone.frequency_lift import FrequencyLift
-from fenics_nnm.backbone.levels import Guess, Level
+from fenics_nnm.backbone.frequency_cascade import FrequencyCascade
+from fenics_nnm.backbone.level_solver import Guess
+from fenics_nnm.backbone.levels import Level
 from fenics_nnm.nonlinear.conditions import FixedFrequency
 from fenics_nnm.nonlinear.solution import Solution
 
@@ -29,51 +31,50 @@ class FrequencySweep:
     """Solves for points at given frequencies, as ratios to that of the linear mode.
 
     Attributes:
-        lift: Levels, and their motions of given energy.
+        cascade: Levels, and their motions of given energy.
 
     Raises:
         ModelError: if contact points carry mass: multipliers are found at fixed energy.
     """
 
-    lift: Lift
+    cascade: Cascade
 
     def __post_init__(self) -> None:
-        self.lift.assert_without_multipliers("continuation in frequency")
+        self.cascade.assert_any_condition("continuation in frequency")
 
-    def at(self, place: float, neighbour: Stack | None) -> Stack:
-        """Solve at frequency ratio `place`; of several motions as `Lift.at` chooses."""
-        coarse = self._coarse(place)
+    def at(self, position: float, neighbour: CascadeSolution | None) -> CascadeSolution:
+        """Solve at frequency ratio `position`; of several motions as `Cascade.at` chooses."""
+        coarse = self._coarse(position)
         if coarse is None:
-            return self._missing(place, "the followed mode alone has no motion of this frequency")
+            why = "the followed mode alone has no motion of this frequency"
+            return self._missing(position, why)
         gamma = coarse.energies.gamma
-        search = FrequencyLift(self.lift.reduced, self.lift.newton)
-        found = [self._stack(place, coarse, search.lifted(place, gamma, coarse))]
+        search = FrequencyCascade(self.cascade.reduced, self.cascade.newton)
+        found = [self._of_all_levels(position, coarse, search.from_coarse(position, gamma, coarse))]
         if neighbour is not None and neighbour.finest is not None:
-            warm = search.warm(place, gamma, neighbour.finest)
-            found.append(self._stack(place, coarse, warm))
-        return self.lift.best(found)
+            warm = search.warm(position, gamma, neighbour.finest)
+            found.append(self._of_all_levels(position, coarse, warm))
+        return self.cascade.selection.best(found)
 
-    def at_energy(self, gamma_ratio: float, neighbour: Stack) -> Stack:
-        """Solve at a gamma ratio; the place is that of the frequency found."""
-        stack = self.lift.at(gamma_ratio, neighbour)
-        return replace(stack, place=stack.finest.omega) if stack.finest else stack
+    def at_energy(self, gamma_ratio: float, neighbour: CascadeSolution) -> CascadeSolution:
+        """Solve at a gamma ratio; the position is that of the frequency found."""
+        found = self.cascade.at(gamma_ratio, neighbour)
+        return replace(found, position=found.finest.omega) if found.finest else found
 
-    def restored(self, place: float, finest: Solution) -> Stack:
-        """A stack of which the finest motion alone is known."""
-        return self.lift.restored(place, finest)
+    def restored(self, position: float, finest: Solution) -> CascadeSolution:
+        """Solutions of which the finest alone is known."""
+        return self.cascade.restored(position, finest)
 
     def _coarse(self, omega: float) -> Solution | None:
         """The single-mode motion of a frequency, between energies on either side of it."""
-        low, high, side = 1.0, _FACTOR, 1.0 if omega > 1 else -1.0
-        while (beyond := self.lift.coarse(high)) is not None and side * (beyond.omega - omega) < 0:
-            low, high = high, _FACTOR * high
-            if high > _LARGEST_RATIO:
-                return None
-        if beyond is None:
+        side = 1.0 if omega > 1 else -1.0
+        ends = self._energies_about(omega, side)
+        if ends is None:
             return None
+        low, high = ends
         for _ in range(_HALVINGS):
             middle = (low + high) / 2
-            between = self.lift.coarse(middle)
+            between = self.cascade.coarse(middle)
             if between is None:
                 return None
             if abs(between.omega - omega) < 1e-6 * omega:
@@ -81,29 +82,44 @@ class FrequencySweep:
             low, high = (middle, high) if side * (between.omega - omega) < 0 else (low, middle)
         return between
 
-    def _stack(self, place: float, coarse: Solution, reduced: Solution | None) -> Stack:
+    def _energies_about(self, omega: float, side: float) -> tuple[float, float] | None:
+        """Gamma ratios between which the single-mode motion passes a frequency, if it does."""
+        low, high = 1.0, _FACTOR
+        while high <= _LARGEST_RATIO:
+            beyond = self.cascade.coarse(high)
+            if beyond is None:
+                return None
+            if side * (beyond.omega - omega) >= 0:
+                return low, high
+            low, high = high, _FACTOR * high
+        return None
+
+    def _of_all_levels(
+        self, position: float, coarse: Solution, reduced: Solution | None
+    ) -> CascadeSolution:
         """All levels from a motion of the finest reduced one."""
         finest = reduced
         if reduced is not None:
-            for level in self.lift.levels[len(self.lift.reduced) :]:
-                finest = self._on_full_order(level, place, reduced)
+            for level in self.cascade.levels[len(self.cascade.reduced) :]:
+                finest = self._on_full_order(level, position, reduced)
         if finest is None:
-            return self._missing(place, "no motion of this frequency with contact was found")
-        below = (coarse, *(None,) * (len(self.lift.levels) - 2), finest)
+            return self._missing(position, "no motion of this frequency with contact was found")
+        below = (coarse, *(None,) * (len(self.cascade.levels) - 2), finest)
         ratio = finest.energies.gamma / GRAZING_GAMMA
-        return Stack(
-            place=place,
+        return CascadeSolution(
+            position=position,
             gamma_ratio=ratio,
-            solutions=below[-len(self.lift.levels) :],
-            share=self.lift.share(finest),
-            slope_ratio=self.lift.slope_ratio(finest),
+            solutions=below[-len(self.cascade.levels) :],
+            share=self.cascade.selection.share(finest),
+            slope_ratio=self.cascade.slope_ratio(finest),
         )
 
     def _on_full_order(self, level: Level, omega: float, below: Solution) -> Solution | None:
-        guess = Guess(below.q, omega, below.forces.force)
-        found = level.constrained(FixedFrequency(omega), guess, self.lift.newton)
+        guess = replace(Guess.of(below), omega=omega)
+        found = level.at_condition(FixedFrequency(omega), guess, self.cascade.newton)
         return found if found.converged and found.energies.contact else None
 
-    def _missing(self, place: float, why: str) -> Stack:
-        failure = f"{why}; wanted {place:.6g} times the linear one"
-        return Stack(place, float("nan"), (None,) * len(self.lift.levels), failure=failure)
+    def _missing(self, position: float, why: str) -> CascadeSolution:
+        failure = f"{why}; wanted {position:.6g} times the linear one"
+        nothing = (None,) * len(self.cascade.levels)
+        return CascadeSolution(position, float("nan"), nothing, failure=failure)

@@ -7,32 +7,31 @@ further level adds modes and harmonics and starts from the solution of the level
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.backbone.level_solver import (
+    ComplementarySolver,
+    Guess,
+    LevelSolver,
+    MultiplierSolver,
+)
+from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.mechanics.contact_law import Complementarity
-from fenics_nnm.mechanics.contact_points import MASSIVE
+from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.mechanics.linear_part import ModalPart
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
-from fenics_nnm.mechanics.rest import RestState
-from fenics_nnm.nonlinear.augmented_lagrangian import (
-    MultiplierLoop,
-    solve_with_multipliers,
-)
-from fenics_nnm.nonlinear.conditions import Condition, FixedEnergy
-from fenics_nnm.nonlinear.equations import Equations, HarmonicEquations, harmonic_equations
-from fenics_nnm.nonlinear.full_order_solver import (
-    FlexibilitySource,
-    Solver,
-    full_order_solution,
-)
-from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
+from fenics_nnm.nonlinear.conditions import Condition
+from fenics_nnm.nonlinear.equations import HarmonicEquations
+from fenics_nnm.nonlinear.newton import Newton
 from fenics_nnm.nonlinear.solution import Solution
-from fenics_nnm.nonlinear.unknowns import Unknowns
 
 #: Modes and harmonics of the levels; the last one is what the study asks for.
 LADDER = ((1, 2), (2, 2), (3, 3), (6, 4), (8, 5), (12, 8), (20, 10), (30, 15), (40, 20), (80, 40))
@@ -66,65 +65,42 @@ class HarmonicBalance:
 
 
 @dataclass(frozen=True, slots=True)
-class Guess:
-    """Where an iteration starts: motion (N + 1, J), frequency, contact forces (s, n_c)."""
-
-    q: Array
-    omega: float
-    force: Array
-
-
-@dataclass(frozen=True, slots=True)
 class Level:
     """Harmonic equations on some of the modes of the full reduced model.
 
     Attributes:
         equations: Equations at this truncation.
+        solver: How they are solved.
         modes: Indices of its modes about the state of rest, ascending.
         shapes: Its coordinates in those of the full model, orthonormal columns, shape (J, k).
         rest: Coordinates of the full model at rest, shape (J,).
-        multipliers: How contact is found where the points carry mass, else None.
-        flexibility: What the full model adds to these modes at full order, else None.
     """
 
     equations: HarmonicEquations
+    solver: LevelSolver
     modes: Indices
     shapes: Array
     rest: Array
-    multipliers: MultiplierLoop | None = None
-    flexibility: FlexibilitySource | None = None
 
-    @property
-    def complementary(self) -> bool:
-        """Whether contact is found by complementarity alone, on a reduced model."""
-        return self.multipliers is None and self.flexibility is None
+    def at_energy(self, gamma: float, guess: Guess, newton: Newton) -> Solution:
+        """Motion of given gamma."""
+        return self.solver.at_energy(self.equations, guess, gamma=gamma, newton=newton)
 
-    def solve(self, gamma: float, guess: Guess, newton: Newton) -> Solution:
-        """Motion of given gamma, by the method that the model asks for."""
-        loop = self.multipliers
-        if loop is None:
-            return self.constrained(FixedEnergy(gamma), guess, newton)
+    def at_condition(self, condition: Condition, guess: Guess, newton: Newton) -> Solution:
+        """Motion that a condition picks.
 
-        def solved(equations: Equations, q: Array, omega: float, force: Array) -> Solution:
-            return solve_with_multipliers(
-                equations, gamma, q, omega, force, loop=loop, newton=newton
-            )
+        Raises:
+            ModelError: if contact points carry mass.
+        """
+        return self.solver.at_condition(self.equations, guess, condition=condition, newton=newton)
 
-        return self._solved(solved, guess)
+    def problem(self, newton: Newton) -> Problem:
+        """Its equations about any frequency, for continuation by arc-length.
 
-    def constrained(self, condition: Condition, guess: Guess, newton: Newton) -> Solution:
-        """Motion that a condition picks; for contact points without mass."""
-
-        def solved(equations: Equations, q: Array, omega: float, force: Array) -> Solution:
-            return solve(equations, condition, Unknowns.of(q, omega), options=newton)
-
-        return self._solved(solved, guess)
-
-    def _solved(self, solver: Solver, guess: Guess) -> Solution:
-        start = (guess.q, guess.omega, guess.force)
-        if self.flexibility is None:
-            return solver(self.equations, *start)
-        return full_order_solution(self.equations, self.flexibility, solver, *start)
+        Raises:
+            ModelError: if contact points carry mass.
+        """
+        return self.solver.problem(self.equations, newton)
 
     def restricted(self, q: Array) -> Array:
         """Coefficients of this level from coefficients over all modes."""
@@ -140,6 +116,10 @@ class Level:
         extended[0] += self.rest
         return extended
 
+    def adopted(self, other: Level, q: Array) -> Array:
+        """Coefficients of this level from those of another one."""
+        return self.restricted(other.extended(q))
+
     def scaled(self, solution: Solution, factor: float) -> Guess:
         """A solution at another energy: the same shape at `factor` times gamma."""
         q = self.equations.rest.scaled(solution.q, float(np.sqrt(factor)))
@@ -154,11 +134,7 @@ class Level:
 
 
 def levels(
-    model: ReducedModel,
-    balance: HarmonicBalance,
-    *,
-    mode: int,
-    flexibility: FlexibilitySource | None = None,
+    model: ReducedModel, balance: HarmonicBalance, *, mode: int, forces: Sequence[Force] = ()
 ) -> tuple[Level, ...]:
     """Levels from the followed mode alone to all modes and harmonics of the study.
 
@@ -167,44 +143,16 @@ def levels(
         balance: Series and multipliers of the finest level. The levels below have R > 0 from the
             modes that they leave out, and use complementarity.
         mode: Index of the followed mode, from 0. It is part of every level.
-        flexibility: Makes a last level of full order, massless boundary or, with multipliers,
-            mass-carrying.
+        forces: Forces besides contact that the motion determines, dimensionless.
     """
     sizes = [size for size in LADDER if size[0] < model.modes or size[1] < balance.harmonics]
     clipped = [(min(J, model.modes), min(N, balance.harmonics)) for J, N in sizes]
     distinct = sorted({*clipped, (model.modes, balance.harmonics)})
     rest, loop = model.at_rest(), balance.multipliers or MultiplierLoop()
-    every = [
-        _level(model, rest, _part(model, mode, J), balance.truncated(N), loop) for J, N in distinct
-    ]
-    reduced = tuple(
-        level for level in every if len(level.modes) == model.modes or level.multipliers is None
-    )
-    if flexibility is None:
-        return reduced
-    return (*reduced, _full_order(reduced[-1], flexibility, balance))
-
-
-def contact_model(
-    model: ReducedModel, balance: HarmonicBalance, *, full_order: bool
-) -> ReducedModel:
-    """The model that contact obeys: at full order with multipliers, R is part of R(s)."""
-    if full_order and balance.multipliers is not None:
-        return replace(model, R=np.zeros_like(model.R), contact=MASSIVE)
-    return model
-
-
-def _full_order(finest: Level, flexibility: FlexibilitySource, balance: HarmonicBalance) -> Level:
-    """Full order on the modes of the finest reduced level."""
-    if balance.multipliers is None:
-        return replace(finest, flexibility=flexibility)
-    model = finest.equations.model
-    obeyed = contact_model(model, balance, full_order=True)
-    return replace(
-        finest,
-        equations=replace(finest.equations, mechanics=Mechanics.of(obeyed)),
-        multipliers=balance.multipliers,
-        flexibility=lambda omega: flexibility(omega).with_static(model.R),
+    whole = Mechanics(model, rest, ModalPart(model.omega), tuple(forces))
+    every = [_level(whole, _part(model, mode, J), balance.truncated(N), loop) for J, N in distinct]
+    return tuple(
+        level for level in every if len(level.modes) == model.modes or level.solver.reduced
     )
 
 
@@ -213,12 +161,13 @@ def _part(model: ReducedModel, mode: int, count: int) -> Indices:
     return np.array(sorted([mode, *others[: count - 1]]))
 
 
-def _level(
-    model: ReducedModel, rest: RestState, chosen: Indices, series: Series, loop: MultiplierLoop
-) -> Level:
+def _level(whole: Mechanics, chosen: Indices, series: Series, loop: MultiplierLoop) -> Level:
+    model, rest = whole.model, whole.rest
     part, shapes = model.spanned_by(rest, chosen)
+    mechanics = Mechanics.of(part, tuple(force.of_part(shapes) for force in whole.forces))
     if part.massless:
-        law = Complementarity(part.R, part.gap)
-        return Level(harmonic_equations(part, series, law), chosen, shapes, rest.q)
+        equations = HarmonicEquations(mechanics, series, Complementarity(part.R, part.gap))
+        return Level(equations, ComplementarySolver(), chosen, shapes, rest.q)
     open_gap = AugmentedLagrangian(part.gap, np.zeros(1), np.zeros(1))
-    return Level(harmonic_equations(part, series, open_gap), chosen, shapes, rest.q, loop)
+    equations = HarmonicEquations(mechanics, series, open_gap)
+    return Level(equations, MultiplierSolver(loop), chosen, shapes, rest.q)

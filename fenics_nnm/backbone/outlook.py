@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.cascade import Lift
+from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.backbone.resonance import Meeting, meetings
-from fenics_nnm.backbone.targets import Continuation, FrequencyContinuation
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.nonlinear.newton import Newton
 
-#: Energies of the outlook lie apart by this factor; one in frequency ends at the last ratio.
+#: Energies of the outlook lie apart by this factor.
 _FACTOR = 1.05
-_LARGEST_RATIO = 1e4
+
+
+class Horizon(Protocol):
+    """How far to look ahead."""
+
+    @property
+    def newton(self) -> Newton:
+        """Newton's configuration."""
+
+    @property
+    def largest_ratio(self) -> float:
+        """Gamma ratio to end at."""
+
+    def lies_ahead(self, frequency_ratio: float) -> bool:
+        """Whether more is wanted of a branch that has come to a frequency."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +51,7 @@ class Outlook:
 
 def outlook(
     model: ReducedModel,
-    continuation: Continuation,
+    wanted: Horizon,
     balance: HarmonicBalance,
     *,
     mode: int,
@@ -45,7 +60,7 @@ def outlook(
 
     Args:
         model: Reduced model in SI units.
-        continuation: Which motions are wanted.
+        wanted: Which motions are wanted.
         balance: Series in time, and how contact is found.
         mode: Index of the linear mode that the branch starts at, from 0.
 
@@ -53,18 +68,15 @@ def outlook(
         ModelError: if the mode never touches.
     """
     scaled, _ = model.dimensionless(mode)
-    lift = Lift(levels(scaled, balance, mode=mode), mode, continuation.newton)
-    by_energy = not isinstance(continuation, FrequencyContinuation)
-    last = continuation.stop if by_energy else _LARGEST_RATIO
+    cascade = Cascade(levels(scaled, balance, mode=mode), mode, wanted.newton)
     rest = scaled.at_rest()
-    first = lift.coarse(1.0)
+    first = cascade.coarse(1.0)
     ratios = [1.0]
     frequencies = [1.0 if rest.is_linear(mode) or first is None else first.omega]
-    side = -1.0 if not by_energy and continuation.start < 1 else 1.0
-    farthest = continuation.start if side < 0 else continuation.stop
-    while ratios[-1] < last and (by_energy or side * (frequencies[-1] - farthest) < 0):
+    last = wanted.largest_ratio
+    while ratios[-1] < last and wanted.lies_ahead(frequencies[-1]):
         following = min(_FACTOR * ratios[-1], last)
-        solution = lift.coarse(following)
+        solution = cascade.coarse(following)
         if solution is None:
             break
         ratios.append(following)

@@ -138,6 +138,8 @@ class PointMaker:
         modal = np.sum((model.omega * (q - rest.q)) ** 2 + velocity**2, axis=1)
         twice = modal + np.einsum("sc,cd,sd->s", change, model.R, change)
         twice += 2 * np.where(force == 0, open_by, 0.0) @ rest.force
+        for each in self.equations.mechanics.forces:
+            twice += 2 * np.array([each.potential_at(state) for state in q])
         return float(np.ptp(twice) / (series.weight @ twice))
 
     def _complementarity(self, solution: Solution) -> float:

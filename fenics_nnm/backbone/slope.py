@@ -4,24 +4,49 @@ from __future__ import annotations
 
 import numpy as np
 
-from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.backbone.coarse import GRAZING_GAMMA, CoarseBranch
+from fenics_nnm.backbone.levels import Level
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.linear_step import linear_step
 from fenics_nnm.nonlinear.solution import Solution
 
+#: A branch with a smaller slope d ln omega / d ln gamma is level.
+_LEVEL = 1e-10
+
 
 def frequency_slope(equations: HarmonicEquations, solution: Solution) -> float:
-    """Slope d ln omega / d ln gamma of the branch; nan at folds, and where forces have no slope.
+    """Slope d ln omega / d ln gamma of the branch; nan at folds.
 
     At full order it is that of the explicit modes.
 
     Args:
-        equations: Harmonic equations of a reduced model.
+        equations: Harmonic equations of a reduced model under complementarity.
         solution: A motion, with the slopes of its forces.
     """
-    if not isinstance(equations.law, Complementarity):
-        return float("nan")
     at = solution.at
     gamma = equations.energy.gamma(at)
     step = linear_step(equations, at, solution.forces, np.zeros_like(at.q), gamma_left_out=-gamma)
     return float("nan") if step is None else step.omega / at.omega
+
+
+def slope_ratio(alone: CoarseBranch, finest: Level, solution: Solution) -> float:
+    """Slope d omega / d gamma of a motion over that of the followed mode alone.
+
+    Args:
+        alone: The followed mode alone.
+        finest: The finest level.
+        solution: A motion of it.
+
+    Returns:
+        nan below grazing, at folds, where the mode alone has no slope, and where forces have none.
+    """
+    rest, ratio = finest.equations.rest, solution.energies.gamma / GRAZING_GAMMA
+    one_way = rest.closed.all() or not rest.pressed  # else it falls and rises
+    coarse = alone.at(ratio) if ratio > 1 and one_way else None
+    if coarse is None or not alone.level.solver.knows_slopes or not finest.solver.knows_slopes:
+        return float("nan")
+    coarsest = alone.level.equations
+    slope = frequency_slope(coarsest, coarse.completed(coarsest))
+    if not abs(slope) > _LEVEL:
+        return float("nan")
+    return frequency_slope(finest.equations, solution) / slope

@@ -45,7 +45,6 @@ from fenics_nnm.backbone.resonance import UNNAMED, stands_still, strongest_reson
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.bifurcations import Bifurcations, bifurcations
-from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.integrator import Integrator
 
 #: A motion that misses its start by more than this part of its amplitude is no motion.
@@ -95,6 +94,7 @@ def judged(
     series: Series,
     points: Sequence[BranchPoint],
     *,
+    flow: Integrator | None,
     mode: int,
     harmonic: int = 1,
     shooting: bool,
@@ -108,11 +108,11 @@ def judged(
         model: Reduced model in SI units.
         series: Series that the points are written in.
         points: Points of a branch of this model.
+        flow: What follows its motions in time; None where contact points carry mass.
         mode: Index of the followed mode.
         harmonic: Harmonic that it is written in.
         shooting: Whether to shoot for the true motion near each point.
     """
-    flow = Flow(model) if model.massless else None
     others = np.delete(model.at_rest().omega, mode)
     evidence = [_evidence(flow, series, point, shooting=shooting) for point in points]
     resonances = [internal_resonance(model, series, point, mode, harmonic) for point in points]

@@ -113,7 +113,7 @@ def branching(problem: Problem, point: CurvePoint) -> float:
     return point.orientation * float(values[1])
 
 
-#: Where another branch crosses; most steps can be told from one without singular values.
+#: Where another branch crosses; most steps show to have none without singular values.
 BRANCH_POINT = EventTest(
     "branch point",
     branching,

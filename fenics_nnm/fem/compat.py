@@ -1,6 +1,6 @@
 """The bridge between versions of dolfinx, 0.9 to 0.11: no other module knows that they differ.
 
-What differs is told by the names that are there, not by the version: each name is looked for as
+What differs shows in the names that are there, not by the version: each name is looked for as
 the newest dolfinx has it, then as older ones had it.
 """
 

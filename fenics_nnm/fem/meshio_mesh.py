@@ -62,12 +62,12 @@ def read_meshio(path: Path) -> ForeignMesh:
 
 def _read(path: Path) -> Any:
     """What meshio reads; it tells of a failure on the terminal and leaves the program."""
-    told = io.StringIO()
+    printed = io.StringIO()
     try:
-        with redirect_stdout(told), redirect_stderr(told):
+        with redirect_stdout(printed), redirect_stderr(printed):
             return meshio.read(path)
     except (Exception, SystemExit) as error:
-        reason = " ".join(told.getvalue().split()) or f"{type(error).__name__}: {error}"
+        reason = " ".join(printed.getvalue().split()) or f"{type(error).__name__}: {error}"
         raise MeshError(
             f"mesh file {path}: meshio cannot read it: {reason}", code=Code.MESH_FILE
         ) from error

@@ -42,16 +42,16 @@ def modal_solver(
     try:
         return DirectModalSolver(solid, own)
     except OutOfMemoryError as error:
-        told = f"the factors of the stiffness do not fit into memory ({error})"
+        lacking = f"the factors of the stiffness do not fit into memory ({error})"
         if linear == "direct":
             raise OutOfMemoryError(
-                f"{told}: must have more memory for factors, or the iterative solver",
+                f"{lacking}: must have more memory for factors, or the iterative solver",
                 code=Code.MEMORY,
             ) from error
         if solid.body.degree < 2:
             raise ModelError(
-                f"{told}, and degree = {solid.body.degree} leaves no iterative solver",
+                f"{lacking}, and degree = {solid.body.degree} leaves no iterative solver",
                 code=Code.DEGREE_WITHOUT_MEMORY,
             ) from error
-        logger.warning("%s: iterating instead", told)
+        logger.warning("%s: iterating instead", lacking)
     return IterativeModalSolver(solid, own)

@@ -27,7 +27,7 @@ class Condition(Protocol):
     def holds(self, surface: Boundary, tolerance: Array) -> Any:
         """Where it holds, shape (n,); all corners of a facet within its tolerance in m."""
 
-    def told(self, surface: Boundary) -> str:
+    def words(self, surface: Boundary) -> str:
         """The condition, and what of its kind the surface has, for messages."""
 
 
@@ -46,7 +46,7 @@ class Plane:
         """Where all corners lie in the plane."""
         return np.abs(self._distance(surface)).max(axis=1) <= tolerance
 
-    def told(self, surface: Boundary) -> str:
+    def words(self, surface: Boundary) -> str:
         """The plane, and how far from it the surface lies on both sides."""
         distance = self._distance(surface)
         return (
@@ -71,7 +71,7 @@ class Level:
         """Where all corners have that value."""
         return np.abs(self._of(surface) - self.value).max(axis=1) <= tolerance
 
-    def told(self, surface: Boundary) -> str:
+    def words(self, surface: Boundary) -> str:
         """The value, and the values that the surface has."""
         x, name = self._of(surface), "xyz"[self.axis]
         return f"{name} = {self.value:g}: {_range(name, x.min(), x.max())}"
@@ -114,7 +114,7 @@ class Radii:
         along = np.abs(np.sum(apart * surface.normals, axis=1))
         return inside & (along > np.linalg.norm(apart, axis=1) / 2)
 
-    def told(self, surface: Boundary) -> str:
+    def words(self, surface: Boundary) -> str:
         """The radii, and those that the surface has."""
         radius = self._radius(surface)
         asked = f"{self.low:g}" if self.low == self.high else f"{self.low:g} to {self.high:g}"
@@ -136,7 +136,7 @@ class Box:
         )
         return inside.all(axis=(1, 2))
 
-    def told(self, surface: Boundary) -> str:
+    def words(self, surface: Boundary) -> str:
         """The box, and that of the surface."""
         low, high = (f(surface.corners.reshape(-1, surface.dim), axis=0) for f in (np.min, np.max))
         return (
@@ -160,7 +160,7 @@ class Facing:
         """Where the normal is near the direction."""
         return self._angles(surface) <= self.angle
 
-    def told(self, surface: Boundary) -> str:
+    def words(self, surface: Boundary) -> str:
         """The direction, and the nearest normal."""
         return (
             f"facing {_shown(self.direction)} within {self.angle:g} degrees: the nearest normal is "
@@ -188,7 +188,7 @@ class Nearest:
         patch = smooth_patches(surface, self.angle)
         return patch == patch[first]
 
-    def told(self, surface: Boundary) -> str:
+    def words(self, surface: Boundary) -> str:
         """The point."""
         return f"nearest to {_shown(self.point)}"
 
@@ -204,7 +204,7 @@ class Named:
         """Where facets belong to the groups."""
         return surface.mask(self.facets) != 0
 
-    def told(self, surface: Boundary) -> str:
+    def words(self, surface: Boundary) -> str:
         """The names."""
         return "facets of " + ", ".join(f'"{name}"' for name in self.names)
 
@@ -251,7 +251,7 @@ def _picked(surface: Boundary, pick: Pick) -> Indices:
     mask = np.logical_and.reduce(masks)
     if not mask.any():
         reasons = "; ".join(
-            f"{condition.told(surface)} ({int(alone.sum())} facets by itself)"
+            f"{condition.words(surface)} ({int(alone.sum())} facets by itself)"
             for condition, alone in zip(pick.conditions, masks, strict=True)
         )
         raise MeshError(f"picks no facet of the surface: {reasons}")

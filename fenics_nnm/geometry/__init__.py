@@ -12,6 +12,6 @@ from fenics_nnm.geometry.rod import Rod
 from fenics_nnm.geometry.shroud import Shroud
 
 Geometry = Annotated[Rod | Beam | Plate | Fork | Shroud | Blade, Field(discriminator="model")]
-"""Any built-in geometry, told apart by its key `model`."""
+"""Any built-in geometry, chosen by its key `model`."""
 
 __all__ = ["Beam", "Blade", "Fork", "Geometry", "Plate", "Rod", "Shroud"]

@@ -75,7 +75,7 @@ class DesignSection(GeometryRecord):
 
 
 def is_design(table: CsvTable) -> bool:
-    """Whether a table of sections holds design quantities, told by its column chord_<unit>."""
+    """Whether a table of sections holds design quantities, known by its column chord_<unit>."""
     return any(name in with_units("chord") for name in table.header)
 
 

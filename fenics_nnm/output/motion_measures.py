@@ -12,7 +12,7 @@ from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.results.stored_branch import StoredBranch
 
 
-class Standing(NamedTuple):
+class StandingWave(NamedTuple):
     """How far a field in space and time is from a standing wave a(x) b(t).
 
     Attributes:
@@ -27,7 +27,7 @@ class Standing(NamedTuple):
     remainder: float
 
 
-def standing(field: Array, weight: Array) -> Standing:
+def standing(field: Array, weight: Array) -> StandingWave:
     """Compare a field with its best standing wave, by proper orthogonal decomposition.
 
     Args:
@@ -36,7 +36,7 @@ def standing(field: Array, weight: Array) -> Standing:
     """
     values = np.linalg.svd(field * np.sqrt(weight), compute_uv=False)
     square = values**2
-    return Standing(float(values[1] / values[0]), float(square[1:].sum() / square.sum()))
+    return StandingWave(float(values[1] / values[0]), float(square[1:].sum() / square.sum()))
 
 
 def kinetic_shares(series: Series, q: Array) -> Array:

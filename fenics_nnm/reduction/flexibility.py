@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -106,3 +107,7 @@ class ResidualFlexibility:
 
     def _distance(self, omega: float) -> Array:
         return (np.arange(len(self.centre)) * omega) ** 2 - self.centre
+
+
+FlexibilitySource = Callable[[float], ResidualFlexibility]
+"""From a frequency to the residual flexibility D about it."""

@@ -89,8 +89,18 @@ def massless_reduction(
     shapes, Phi = shapes * sign, Phi * sign
     residual_shapes = attachments - (shapes / omega**2) @ Phi.T
     attached = operators.inner(points.rows, shapes)
+    try:
+        model = massless_model(omega, Phi, operators.contact(attachments), gap)
+    except TooManyModesError as error:
+        if len(omega) == modes.free:
+            raise
+        raise TooManyModesError(
+            f"{error}; or a spring that is not linear, or an excitation, acts at contact points, "
+            "whose flexibility it takes: must act beside them",
+            code=error.code,
+        ) from error
     return Reduction(
-        model=massless_model(omega, Phi, operators.contact(attachments), gap),
+        model=model,
         shapes=shapes,
         residual_shapes=residual_shapes,
         truncation=massless_truncation(residual_shapes, operators),

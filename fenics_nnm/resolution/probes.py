@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from fenics_nnm.backbone.follow import EnergyContinuation, FrequencyContinuation, follow
+from fenics_nnm.backbone.follow import EnergyContinuation, ReducedOrder, follow
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.resonance import passing
 from fenics_nnm.nonlinear.series_error import SeriesError
 from fenics_nnm.structure.prepared import Prepared
 
@@ -30,13 +30,10 @@ def probes(prepared: Prepared, *, count: int = _ENERGIES) -> tuple[float, ...]:
         count: Number of probes.
     """
     wanted, model = prepared.wanted, prepared.linear.model
-    start, stop = wanted.start, wanted.stop
-    if isinstance(wanted, FrequencyContinuation):
-        ahead = outlook(model, wanted, prepared.balance, mode=prepared.mode)
-        ends = (passing(f, ahead.gamma_ratio, ahead.frequency_ratio) for f in (start, stop))
-        start, stop = sorted(ends)
-        if np.isnan(start) or np.isnan(stop):
-            return ()
+    ahead = partial(outlook, model, wanted, prepared.balance, mode=prepared.mode)
+    start, stop = wanted.span(ahead)
+    if np.isnan(start) or np.isnan(stop):
+        return ()
     linear = model.at_rest().is_linear(prepared.mode)
     first = max(float(start), _NEAREST) if linear else float(start)
     if stop <= first:
@@ -83,6 +80,6 @@ def solved(prepared: Prepared, ratios: Sequence[float]) -> tuple[BranchPoint, ..
         energies,
         prepared.balance,
         mode=prepared.mode,
-        truncation=prepared.linear.reduction.truncation,
+        order=ReducedOrder(prepared.linear.reduction.truncation),
     )
     return tuple(point for point in branch.points if point.gamma_ratio in ratios)

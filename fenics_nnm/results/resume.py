@@ -5,12 +5,11 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.follow import ArcContinuation, Branch, Continuation
+from fenics_nnm.backbone.follow import Branch, Wanted
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import NonlinearModeError, StudyError
 from fenics_nnm.mechanics.model import ReducedModel
@@ -26,9 +25,6 @@ from fenics_nnm.study.messages import shown
 #: Sections of a study that may differ: they say which points are wanted and what is written of
 #: them. Of the continuation some keys matter, see `_leaves`.
 _FREE = ("title", "continuation", "output")
-
-#: A point belongs to the wanted energies if it misses their ends by this part at most.
-_SAME_RATIO = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,9 +109,7 @@ def difference(stored: str, wanted: str) -> str:
     return ""
 
 
-def known_points(
-    run: StoredRun, model: ReducedModel, wanted: Continuation
-) -> tuple[BranchPoint, ...]:
+def known_points(run: StoredRun, model: ReducedModel, wanted: Wanted) -> tuple[BranchPoint, ...]:
     """Stored points that are wanted again, in the modal coordinates of a model.
 
     Modes are known up to their sign, so the columns of q take the signs of this model's modes.
@@ -136,12 +130,7 @@ def known_points(
             "changed?"
         )
     signs = mode_signs(run.header.model, model)
-    low, high = wanted.start * (1 - _SAME_RATIO), wanted.stop * (1 + _SAME_RATIO)
-    if isinstance(wanted, ArcContinuation):
-        points = list(takewhile(lambda point: low <= point.gamma_ratio <= high, run.points))
-    else:
-        points = [point for point in run.points if low <= point.position <= high]
-    return tuple(_with_signs(point, signs) for point in points)
+    return tuple(_with_signs(point, signs) for point in wanted.still_wanted(run.points))
 
 
 def _with_signs(point: BranchPoint, signs: Array) -> BranchPoint:

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.backbone.arc_start import Begin
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.targets import Begin
 from fenics_nnm.continuation.events import BRANCH_POINT
 from fenics_nnm.errors import StudyError
 from fenics_nnm.mechanics.contact_points import MASSIVE

@@ -13,7 +13,7 @@ from fenics_nnm.fem.blocks import Blocks, Data
 from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.parallel import conducted, on_root
 from fenics_nnm.interrupts import uninterrupted
-from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
+from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.resolution.auto import improved
 from fenics_nnm.results import branch_file, journal
 from fenics_nnm.results.journal import Journal

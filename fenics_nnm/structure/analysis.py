@@ -11,10 +11,10 @@ from typing import Any
 
 from mpi4py import MPI
 
+from fenics_nnm.backbone.arc_start import Begin
 from fenics_nnm.backbone.follow import Branch
-from fenics_nnm.backbone.targets import Begin
 from fenics_nnm.errors import ModelError, StudyError
-from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
+from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.matrix_structure import MatrixStructure
 from fenics_nnm.structure.mesh_structure import MeshStructure

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from fenics_nnm.backbone.follow import Continuation
+from fenics_nnm.backbone.arc_start import Begin
+from fenics_nnm.backbone.follow import Wanted
 from fenics_nnm.backbone.levels import HarmonicBalance
-from fenics_nnm.backbone.targets import Begin
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.study import Study
 
 
-def wanted_motions(study: Study, begin: Begin | None = None) -> Continuation:
+def wanted_motions(study: Study, begin: Begin | None = None) -> Wanted:
     """Energies or frequencies that a study visits, or the range that it follows a branch in.
 
     Args:
@@ -17,11 +17,6 @@ def wanted_motions(study: Study, begin: Begin | None = None) -> Continuation:
         begin: The motion of an earlier run that a branch followed by its length begins at.
     """
     return study.continuation.wanted(study.mode.harmonic, begin)
-
-
-def certain_ratios(study: Study) -> list[float]:
-    """Gamma ratios that a study surely has a point at, if it ends complete."""
-    return study.continuation.certain_ratios()
 
 
 def harmonic_balance(study: Study) -> HarmonicBalance:

@@ -8,12 +8,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.follow import Branch, Continuation, follow
-from fenics_nnm.backbone.levels import HarmonicBalance, contact_model
+from fenics_nnm.backbone.arc_start import Begin
+from fenics_nnm.backbone.follow import (
+    Branch,
+    FullOrder,
+    Progress,
+    ReducedOrder,
+    Wanted,
+    follow,
+)
+from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.order import contact_model
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.backbone.targets import Begin
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
+from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.motions import harmonic_balance, wanted_motions
 from fenics_nnm.structure.structure import Linear
@@ -34,7 +42,7 @@ class Prepared:
     study: Study
     linear: Linear
     balance: HarmonicBalance
-    wanted: Continuation
+    wanted: Wanted
 
     @property
     def mode(self) -> int:
@@ -72,22 +80,24 @@ class Prepared:
             flexibility: Residual flexibility of the whole model, for a study of full order.
             known: Points found before.
             on_point: Called with each converged point before the next one is begun.
-            stages: Told how far the branch is.
+            stages: Timings and progress.
         """
         stages, wanted = stages or Stages(), self.wanted
         span = wanted.stop - wanted.start
+        progress = Progress(
+            known, on_point, lambda position: stages.report((position - wanted.start) / span)
+        )
+        reduction = self.linear.reduction
+        reduced = ReducedOrder(reduction.truncation, reduction.forces)
         with stages.stage("backbone"):
             branch = follow(
                 self.linear.model,
                 wanted,
                 self.balance,
                 mode=self.mode,
-                flexibility=flexibility,
-                truncation=self.linear.reduction.truncation,
+                order=FullOrder(flexibility) if flexibility else reduced,
                 shooting=self.study.continuation.shooting,
-                known=known,
-                on_point=on_point,
-                on_progress=lambda place: stages.report((place - wanted.start) / span),
+                progress=progress,
             )
         return branch if branch.complete else self._advised(branch)
 

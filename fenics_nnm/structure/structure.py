@@ -14,8 +14,8 @@ from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.full_order_solver import FlexibilitySource
 from fenics_nnm.reduction.driven import DrivenBasis
+from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages

@@ -8,12 +8,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from fenics_nnm.backbone.targets import (
-    ArcContinuation,
-    Begin,
-    EnergyContinuation,
-    FrequencyContinuation,
-)
+from fenics_nnm.backbone.arc_continuation import ArcContinuation
+from fenics_nnm.backbone.arc_start import Begin
+from fenics_nnm.backbone.energy_continuation import EnergyContinuation
+from fenics_nnm.backbone.frequency_continuation import FrequencyContinuation
 from fenics_nnm.continuation.trace_options import ArcLength, Predictor
 from fenics_nnm.study.record import Count, FromList, Positive, Record
 from fenics_nnm.study.tagged import tag_text, value_of
@@ -193,10 +191,6 @@ class _Branch(Record):
         yield "continuation.parameter", "energy"
         yield "continuation.internal_resonance", "skip"
 
-    def certain_ratios(self) -> list[float]:
-        """Gamma ratios that surely have a point, if the branch ends complete."""
-        return list(self.report_at)
-
     def assert_takes(self, harmonic: int) -> None:
         """Refuse a mode that is written in a higher harmonic at first.
 
@@ -248,10 +242,6 @@ class EnergySection(_OverEnergies):
         """The motions of the branch that are wanted."""
         over = self.energies
         return EnergyContinuation(over.start, over.stop, over.step, report_at=self.report_at)
-
-    def certain_ratios(self) -> list[float]:
-        """Gamma ratios that surely have a point, if the branch ends complete."""
-        return self.wanted(1).targets()
 
 
 class FrequencySection(_Branch):

@@ -23,6 +23,7 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.ELEMENT_SIZE: (("element size = ", "mesh.element_size = "),),
     Code.FULL_ORDER_GAP: (("gap = ", "contact.gap = "), _MASSLESS),
     Code.GAP: (("gap ", "contact.gap "),),
+    Code.GAP_WITH_FORCES: (("gap = ", "contact.gap = "),),
     Code.GAP_WITH_MASS: (("gap = ", "contact.gap = "), _MASSLESS),
     Code.LENGTH_UNIT: (
         ("length unit ", "mesh.length_unit = "),

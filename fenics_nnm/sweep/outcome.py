@@ -113,8 +113,8 @@ def outcome_of(case: Case, state: RunState, failure: str = "") -> Outcome:
     """
     if state is not RunState.ENDED:
         status = "failed" if failure else state.value
-        told = "" if state is RunState.NEW else "its points are kept: sweep again to go on"
-        return Outcome(case, status, failure or told)
+        note = "" if state is RunState.NEW else "its points are kept: sweep again to go on"
+        return Outcome(case, status, failure or note)
     summary = _read(case.folder / "summary.json")
     complete = summary["complete"]
     return Outcome(

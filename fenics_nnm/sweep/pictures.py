@@ -38,7 +38,7 @@ _SAME_FREQUENCY = 1e-6
 #: Values that span more than this factor are drawn on a logarithmic axis.
 _LOGARITHMIC = 30
 
-#: More values than this are told by a few of them in the legend.
+#: Of more values than this the legend shows a few.
 _MOST_ENTRIES = 10
 
 #: Least height of an axis, as a part of the frequency, so that it does not show round-off.
@@ -190,14 +190,14 @@ def _legend(
     ]
     if marks:
         columns, titles = [*columns, marks], [*titles, "points"]
-    untold = ", ".join(key.label for key in keys[len(_ARGUMENTS) :])
+    alike = ", ".join(key.label for key in keys[len(_ARGUMENTS) :])
     only = columns[0] if len(columns) == 1 else None
     figure.legend(
         handles=only or _in_columns(columns, titles),
         loc="outside lower center",
         ncols=min(5, len(only)) if only else max(1, len(columns)),
         fontsize=8,
-        title=titles[0] if only else f"not told apart: {untold}" if untold else None,
+        title=titles[0] if only else f"the same colour: {alike}" if alike else None,
         title_fontsize=8,
         frameon=False,
     )

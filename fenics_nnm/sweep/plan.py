@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fenics_nnm.errors import StudyError
-from fenics_nnm.structure.motions import certain_ratios
+from fenics_nnm.structure.motions import wanted_motions
 from fenics_nnm.study import Study
 from fenics_nnm.study.inputs import input_files
 from fenics_nnm.study.reading import read_values
@@ -183,7 +183,7 @@ def _ratios(cases: Sequence[Case], asked: Sequence[float]) -> tuple[float, ...]:
 
 
 def _assert_has_point(case: Case, ratio: float) -> None:
-    known = certain_ratios(case.study)
+    known = wanted_motions(case.study).certain_ratios
     if any(abs(ratio - each) <= SAME_RATIO for each in known):
         return
     nearest = sorted(known, key=lambda each: abs(each - ratio))[:2]

@@ -27,7 +27,7 @@ class Sweep:
     Attributes:
         plan: The studies.
         states: How far each was at the beginning, by its number.
-        on_outcome: Told of each study that was run here, if it is anybody.
+        on_outcome: Called with each study that was run here.
         outcomes: What is known of each, by its number.
     """
 
@@ -99,7 +99,7 @@ class Sweep:
                 self._note(ran, tell=False)
 
     def look(self) -> None:
-        """Look again at the folders of studies that were not told of."""
+        """Look again at the folders of studies that were not reported."""
         for case in self.plan.cases:
             if case.number not in self.outcomes:
                 self._note(Ran(case.number), tell=False)

@@ -57,7 +57,7 @@ def run_on_processes(
         groups: Studies by groups that share a linear analysis.
         states: How far each study is, by its number.
         jobs: Number of processes.
-        on_ran: Told of each study that was run.
+        on_ran: Called with each study that was run.
         verbose: Whether the processes tell their stages and where errors come from.
     """
     counters = LocalCounters([0] * len(groups))
@@ -146,7 +146,7 @@ def work(connection: Connection, verbose: bool) -> None:
 
 @contextmanager
 def _few_threads(jobs: int) -> Iterator[None]:
-    """Threads of linear algebra so that all processes together have one a core, unless told."""
+    """Threads of linear algebra so that all processes together have one a core, unless set."""
     name = "OMP_NUM_THREADS"
     if name in os.environ:
         yield

@@ -21,7 +21,8 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.contact_law import Complementarity, ContactForces
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.time_domain.integrator import Trajectory
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator, Trajectory
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,3 +216,14 @@ def _without_transition(found: Trajectory) -> Trajectory:
         None,
         found.failure,
     )
+
+
+def integrator_of(mechanics: Mechanics) -> Integrator | None:
+    """What follows free motions: exactly where contact alone makes them nonlinear, else by steps.
+
+    Returns:
+        None where contact points carry mass: what follows an impact is then not defined.
+    """
+    if not mechanics.model.massless:
+        return None
+    return Stepped(mechanics) if mechanics.forces else Flow(mechanics.model)

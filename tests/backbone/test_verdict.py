@@ -13,11 +13,14 @@ from fenics_nnm.backbone.periodicity import followed
 from fenics_nnm.backbone.point import GAMMA_RATIO, BranchPoint
 from fenics_nnm.backbone.verdict import WITH_MASS, judged
 from fenics_nnm.mechanics.contact_points import MASSIVE
+from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.reduction_error import ReductionError
 from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.shooting import OrbitGuess, shoot
 from fenics_nnm.time_domain.stability import stability
+from fenics_nnm.time_domain.stepped import integrator_of
 
 MODEL = ReducedModel(
     omega=[1.0, 2.62, 6.31],
@@ -35,9 +38,20 @@ def branch(*, shooting: bool = True) -> tuple[BranchPoint, ...]:
 
 
 def verdict(
-    point: BranchPoint, *, shooting: bool = True, model: ReducedModel = MODEL
+    point: BranchPoint,
+    *,
+    shooting: bool = True,
+    model: ReducedModel = MODEL,
+    flow: Integrator | None = None,
 ) -> BranchPoint:
-    (found,) = judged(model, BALANCE.series, [point], mode=0, shooting=shooting).points
+    (found,) = judged(
+        model,
+        BALANCE.series,
+        [point],
+        flow=flow or integrator_of(Mechanics.of(model)),
+        mode=0,
+        shooting=shooting,
+    ).points
     return found
 
 
@@ -122,10 +136,8 @@ def test_equations_and_reduction_count() -> None:
     assert verdict(with_reduction_error(point, 5e-4)).status == "verified"
 
 
-def test_integration_that_gives_up_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    flow = Flow(MODEL, most_changes=1)
-    monkeypatch.setattr("fenics_nnm.backbone.verdict.Flow", lambda model: flow)
-    found = verdict(branch()[-1])
+def test_integration_that_gives_up_is_a_failure() -> None:
+    found = verdict(branch()[-1], flow=Flow(MODEL, most_changes=1))
     assert found.status == "failed"
     assert found.reason.startswith("integration in time gave up: more than 1 changes of contact")
     assert found.returned is None

@@ -9,7 +9,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.follow import Branch, EnergyContinuation, follow
+from fenics_nnm.backbone.follow import Branch, EnergyContinuation, FullOrder, ReducedOrder, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -37,11 +37,12 @@ def rotor37(modes: int) -> LinearAnalysis:
 
 def followed(analysis: LinearAnalysis, *, full: bool = False, stop: float = 2.0) -> Branch:
     energies = EnergyContinuation(1.0, stop, 0.2)
-    given = {"mode": 0, "truncation": analysis.reduction.truncation}
     if not full:
-        return follow(analysis.model, energies, BALANCE, **given)
+        order = ReducedOrder(analysis.reduction.truncation)
+        return follow(analysis.model, energies, BALANCE, mode=0, order=order)
     with HarmonicSolver(analysis, harmonics=5) as flexibility:
-        return follow(analysis.model, energies, BALANCE, **given, flexibility=flexibility)
+        order = FullOrder(flexibility)
+        return follow(analysis.model, energies, BALANCE, mode=0, order=order)
 
 
 def dense(matrix: PETSc.Mat) -> Array:

@@ -18,9 +18,9 @@ from scipy.linalg import eigh
 from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.follow import (
     ArcContinuation,
-    Continuation,
     EnergyContinuation,
     FrequencyContinuation,
+    Wanted,
     follow,
 )
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
@@ -64,9 +64,7 @@ def chain(gap: list[float], modes: int = 3, **reference: float) -> ReducedModel:
     return replace(model, **reference)
 
 
-def branch(
-    model: ReducedModel, wanted: Continuation, N: int = 9, m: int = 256, **other: Any
-) -> Branch:
+def branch(model: ReducedModel, wanted: Wanted, N: int = 9, m: int = 256, **other: Any) -> Branch:
     found = follow(model, wanted, HarmonicBalance(N, m, **other), mode=0)
     assert found.complete, found.reason
     return found
@@ -134,7 +132,7 @@ def test_levels_keep_rest_and_frequency() -> None:
     ],
     ids=["energy", "frequency", "arc-length"],
 )
-def test_preloaded_oscillator_softens_as_the_closed_form(wanted: Continuation) -> None:
+def test_preloaded_oscillator_softens_as_the_closed_form(wanted: Wanted) -> None:
     gap = -0.01
     points = branch(oscillator(gap), wanted, 9, 512).points
     closed = np.sqrt(SPRING + STOP) / (2 * np.pi)

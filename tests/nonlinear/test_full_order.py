@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.follow import Branch, EnergyContinuation, follow
+from fenics_nnm.backbone.follow import Branch, EnergyContinuation, FullOrder, ReducedOrder, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.contact_points import MASSIVE
@@ -91,8 +91,7 @@ def branch(
         EnergyContinuation(0.8, 2.0, 0.2),
         HarmonicBalance(HARMONICS, SAMPLES, multipliers=MultiplierLoop() if mass else None),
         mode=0,
-        flexibility=chain.source(modes) if full else None,
-        truncation=truncation,
+        order=FullOrder(chain.source(modes)) if full else ReducedOrder(truncation),
     )
 
 
@@ -226,7 +225,7 @@ def craig_bampton_branch(chain: Chain, modes: int) -> Branch:
         EnergyContinuation(0.8, 2.0, 0.2),
         HarmonicBalance(HARMONICS, SAMPLES),
         mode=0,
-        truncation=analysis.reduction.truncation,
+        order=ReducedOrder(analysis.reduction.truncation),
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.follow import EnergyContinuation, follow
+from fenics_nnm.backbone.follow import EnergyContinuation, FullOrder, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.mechanics.contact_points import MASSIVE
@@ -98,7 +98,7 @@ def test_at_full_order() -> None:
 
         energies = EnergyContinuation(1.02, 1.92, 0.3)
         balance = HarmonicBalance(harmonics, samples)
-        return list(follow(THREE, energies, balance, mode=0, flexibility=source).points)
+        return list(follow(THREE, energies, balance, mode=0, order=FullOrder(source)).points)
 
     coarse, fine = points(8, 64), points(16, 256)
     true = frequencies(coarse) / frequencies(fine) - 1

@@ -75,13 +75,13 @@ KNOWN_UPWARD: tuple[tuple[str, str], ...] = ()
 KNOWN_CIRCLES: tuple[tuple[str, str], ...] = ()
 
 #: Functions with more than 7 parameters that are still there; each is to go.
-KNOWN_PARAMETERS = ("backbone.follow.follow",)
+KNOWN_PARAMETERS: tuple[str, ...] = ()
 
 #: Classes with more than 15 methods that are still there; each is to go.
-KNOWN_METHODS = ("backbone.cascade.Lift",)
+KNOWN_METHODS: tuple[str, ...] = ()
 
 #: Messages with keys of the study that are still there; each is to go.
-KNOWN_KEYS = ("backbone.arc_march: : lower continuation.energies.from",)
+KNOWN_KEYS: tuple[str, ...] = ()
 
 _KEY = re.compile(
     r"\b(contact|reduction|mode|continuation|mesh|body|clamp|augmented_lagrangian|solver|material"

@@ -15,13 +15,7 @@ PACKAGE = Path(fenics_nnm.__file__).parent
 READING = "study"
 
 #: Where kinds are still asked for: modules, with the classes.
-REMAINING = {
-    "backbone.follow": {"ArcContinuation", "EnergyContinuation"},
-    "backbone.outlook": {"FrequencyContinuation"},
-    "backbone.slope": {"Complementarity"},
-    "resolution.probes": {"FrequencyContinuation"},
-    "results.resume": {"ArcContinuation"},
-}
+REMAINING: dict[str, set[str]] = {}
 
 
 def modules() -> Iterator[tuple[str, ast.Module]]:

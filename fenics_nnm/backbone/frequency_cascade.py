@@ -37,7 +37,7 @@ _FARTHEST = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class FrequencyLift:
+class FrequencyCascade:
     """Finds a motion on the finest of some levels, near an energy, through fixed frequencies.
 
     Attributes:
@@ -58,7 +58,7 @@ class FrequencyLift:
         """
         omega, found = coarse.omega, None
         for number in range(_TRIES):
-            found = self.warm(omega, gamma, found) or self.lifted(omega, gamma, coarse)
+            found = self.warm(omega, gamma, found) or self.from_coarse(omega, gamma, coarse)
             if found is None:
                 side = -1 if number % 2 else 1
                 omega *= 1 + side * (number + 1) * _ASIDE
@@ -76,7 +76,7 @@ class FrequencyLift:
             return None
         return self._solved(self.levels[-1], omega, gamma, nearby.q)
 
-    def lifted(self, omega: float, gamma: float, coarse: Solution) -> Solution | None:
+    def from_coarse(self, omega: float, gamma: float, coarse: Solution) -> Solution | None:
         """From the coarsest level; levels without a solution are passed over."""
         whole, found = self.levels[0].extended(coarse.q), None
         for level in self.levels[1:]:

@@ -377,6 +377,10 @@ def test_run_is_the_same_with_the_sections_and_check_names_them(
     checked = command("check", with_sections)
     assert "[damping], [excitation], [response]: read by fenics-nnm response alone" in checked.out
     assert "fenics-nnm response" not in command("check", plain).out
+    # a run goes on where the sections have been added since
+    plain.write_text(with_sections.read_text())
+    assert command("run", plain, "--resume").code == 0
+    assert Path("results/plain/backbone.csv").read_bytes() == tables[0]
 
 
 def test_two_ranks_write_the_response_of_one(

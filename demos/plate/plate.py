@@ -133,7 +133,7 @@ for method in STUDIES:
             "corner": max(corner_jump(line.y, p) for p in contact) / peak,
         }
         worst = {key: max(value, now[key]) for key, value in worst.items()}
-    together = int((at(branches[method, 10], 2.0).force > 0).sum(axis=1).max())
+    together = int((at(branches[method, 10], 2.0).motion.force > 0).sum(axis=1).max())
     print(
         f"| {method} | {together} | {worst['acting']:.2%} | {worst['mean']:.2%} "
         f"| {worst['sample']:.2%} | {worst['corner']:.1%} |"

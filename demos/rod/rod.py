@@ -18,7 +18,7 @@ from exact_rod import frequency_ratio, motion, period_at
 from motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_time
 from rich.console import Console
 
-from fenics_nnm.output.motion_measures import Standing, standing
+from fenics_nnm.output.motion_measures import StandingWave, standing
 from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
 from fenics_nnm.progress import progress
 from fenics_nnm.results.stored_branch import read_stored_branch
@@ -140,7 +140,7 @@ def exact_motion(gamma_ratio: float) -> SpaceTime:
     return SpaceTime(name, time, place, 1e-3 * u, 1e-3 * speed * v)
 
 
-def how_standing(field: SpaceTime) -> Standing:
+def how_standing(field: SpaceTime) -> StandingWave:
     weight = np.gradient(field.place)
     weight[[0, -1]] /= 2
     return standing(field.velocity[:-1], weight)

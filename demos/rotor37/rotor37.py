@@ -44,7 +44,7 @@ axial = blade.contact_points[:, 0]
 touching = next(
     point for point in points if point.motion.force.max() > 1e-6 * points[-1].motion.force.max()
 )
-first = int(np.argmax(touching.force.max(axis=0)))
+first = int(np.argmax(touching.motion.force.max(axis=0)))
 chord_position = (axial[first] - axial.min()) / np.ptp(axial)
 print(f"contact begins at {chord_position:.0%} of the axial chord (0 % is the leading edge)")
 assert min(chord_position, 1 - chord_position) < 0.05

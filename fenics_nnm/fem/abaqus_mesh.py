@@ -6,7 +6,8 @@ meshio keeps one *NODE block alone, no sets of sets and no surfaces, hence a rea
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,11 @@ from scipy.spatial.transform import Rotation
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.abaqus_cards import Card, cards, real_number, whole_number
+from fenics_nnm.fem.abaqus_constraints import Constraints, tied
+from fenics_nnm.fem.abaqus_keywords import is_stated, left_out
 from fenics_nnm.fem.abaqus_sets import Label, Model, name_set
-from fenics_nnm.fem.foreign_mesh import KINDS, ForeignMesh
+from fenics_nnm.fem.coordinates import in_rectangular
+from fenics_nnm.fem.foreign_mesh import ForeignMesh
 
 #: meshio's name and number of nodes of element types; what follows the first match is integration.
 _ELEMENTS = {
@@ -32,13 +36,8 @@ _ELEMENTS = {
     r"CP[SE]4|S4|M3D4|SFM3D4": ("quad", 4),
     r"CP[SE]8|S8|M3D8|SFM3D8": ("quad8", 8),
     r"T[123]D2": ("line", 2),
+    r"T[23]D3": ("line3", 3),
 }
-
-#: Keywords that make or move nodes and elements, or join nodes, in ways not followed here.
-_UNKNOWN = (
-    *("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "SUBMODEL", "MATRIX INPUT"),
-    *("TIE", "EQUATION", "MPC", "RIGID BODY", "EMBEDDED ELEMENT"),
-)
 
 
 @dataclass(slots=True)
@@ -50,71 +49,131 @@ class _Part:
     sets: list[Card] = field(default_factory=list)
 
 
+@dataclass(slots=True)
+class _File:
+    """All parts of a file, "" for what stands outside of parts, and notes on what was not read."""
+
+    parts: dict[str, _Part] = field(default_factory=lambda: {"": _Part()})
+    instances: list[tuple[str, str, Card]] = field(default_factory=list)
+    constraints: Constraints = field(default_factory=Constraints)
+    stated: list[str] = field(default_factory=list)
+    in_steps: list[str] = field(default_factory=list)
+    spare: int = 0
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was not read, a line each."""
+        spare = f"{self.spare} numbers to spare on the lines of elements are not read"
+        return (
+            *left_out(self.stated, ", which the study states or which have no effect here"),
+            *left_out(self.in_steps, ", which stand after the first *STEP"),
+            *self.constraints.notes,
+            *((spare,) if self.spare else ()),
+        )
+
+
 def read_abaqus(path: Path) -> ForeignMesh:
     """Read a flat input file, or one of parts, instances and an assembly.
 
-    Sets of an instance are named "INSTANCE.SET" if there are several instances.
+    Sets of an instance are named "INSTANCE.SET" if there are several instances. What stands after
+    the first *STEP is not read.
 
     Raises:
         MeshError: if the file cannot be read, or makes its mesh in a way that is not followed.
     """
-    parts: dict[str, _Part] = {"": _Part()}
-    instances: list[tuple[str, str, Card]] = []
-    current, owner = parts[""], ""
-    for card in cards(path):
-        if card.keyword == "PART":
-            current = parts.setdefault(card.option("NAME").upper(), _Part())
-        elif card.keyword == "INSTANCE":
-            owner = card.option("NAME")
-            instances.append((owner, card.option("PART").upper(), card))
-            current = parts.setdefault(f"\n{owner.upper()}", _Part())
-        elif card.keyword in ("END PART", "END INSTANCE"):
-            current = parts[""]
-        else:
-            _take(card, current)
+    file = _read(path)
+    file.constraints.assert_none()
     model = Model()
-    _place(model, parts[""], "", None)
-    for name, part, card in instances:
-        if part not in parts:
+    _place(model, file.parts[""], "", None)
+    for name, part, card in file.instances:
+        if part not in file.parts:
             raise MeshError(f'{card.place}: there is no part "{card.option("PART")}"')
-        _place(model, parts[part], name, card)
-        _place(model, parts[f"\n{name.upper()}"], name, None)
+        _place(model, file.parts[part], name, card)
+        _place(model, file.parts[f"\n{name.upper()}"], name, None)
     if not model.elements:
         raise MeshError(f"mesh file {path}: holds no *ELEMENT", code=Code.MESH_FILE)
-    _name_sets(model, parts, [(name, part) for name, part, _ in instances])
-    return _foreign(path, model)
+    _name_sets(model, file.parts, [(name, part) for name, part, _ in file.instances])
+    foreign = replace(_foreign(path, model), notes=file.notes)
+    return tied(foreign, file.constraints.ties)
 
 
-def _take(card: Card, part: _Part) -> None:
+def _read(path: Path) -> _File:
+    """All keywords before the first *STEP, each taken by its part."""
+    file = _File()
+    current = file.parts[""]
+    for card in cards(path):
+        if file.in_steps or card.keyword == "STEP":
+            file.in_steps.append(card.keyword)
+        elif card.keyword == "PART":
+            current = file.parts.setdefault(card.option("NAME").upper(), _Part())
+        elif card.keyword == "INSTANCE":
+            owner = card.option("NAME")
+            file.instances.append((owner, card.option("PART").upper(), card))
+            current = file.parts.setdefault(f"\n{owner.upper()}", _Part())
+        elif card.keyword in ("END PART", "END INSTANCE"):
+            current = file.parts[""]
+        else:
+            _take(card, current, file)
+    return file
+
+
+def _take(card: Card, part: _Part, file: _File) -> None:
     """Take what a keyword says of the mesh; most keywords say nothing of it."""
-    if card.keyword in _UNKNOWN or (card.keyword == "NODE" and "SYSTEM" in card.options):
-        raise MeshError(
-            f"{card.place}: *{card.keyword}{' with SYSTEM' if card.keyword == 'NODE' else ''} "
-            "cannot be followed: the mesh must be written out, with nodes that parts share"
-        )
     if card.keyword == "NODE":
-        for row in card.rows:
-            part.nodes[whole_number(row[0], card)] = [real_number(x, card) for x in row[1:4]]
-        if "NSET" in card.options:
-            part.sets.append(_as_set(card, "NSET", [row[0] for row in card.rows]))
+        _take_nodes(card, part)
     elif card.keyword == "ELEMENT":
-        _take_elements(card, part)
+        _take_elements(card, part, file)
     elif card.keyword in ("NSET", "ELSET", "SURFACE"):
         part.sets.append(card)
+    elif not file.constraints.take(card) and is_stated(card):
+        file.stated.append(card.keyword)
 
 
-def _take_elements(card: Card, part: _Part) -> None:
+def _take_nodes(card: Card, part: _Part) -> None:
+    system = card.options.get("SYSTEM", "R").upper()
+    if system not in ("R", "C", "S"):
+        raise MeshError(f"{card.place}: *NODE, SYSTEM={system}: must be R, C or S")
+    for row in card.rows:
+        number = whole_number(row[0], card)
+        x = [real_number(entry, card) for entry in [*row[1:4], "", "", ""][:3]]
+        place = in_rectangular(x, system)
+        if part.nodes.setdefault(number, place) != place:
+            raise MeshError(f"{card.place}: node {number} stands twice, at different places")
+    if "NSET" in card.options:
+        part.sets.append(_as_set(card, "NSET", [row[0] for row in card.rows]))
+
+
+def _take_elements(card: Card, part: _Part, file: _File) -> None:
     kind, width = _kind(card)
-    numbers = [whole_number(entry, card) for entry in card.entries()]
-    if len(numbers) % (width + 1):
+    rows = []
+    for numbers in _element_rows(card, width + 1):
+        file.spare += len(numbers) - width - 1
+        row = kind, numbers[1 : width + 1]
+        if part.elements.setdefault(numbers[0], row) != row:
+            raise MeshError(f"{card.place}: element {numbers[0]} stands twice, with other nodes")
+        rows.append(str(numbers[0]))
+    if "ELSET" in card.options:
+        part.sets.append(_as_set(card, "ELSET", rows))
+
+
+def _element_rows(card: Card, width: int) -> Iterator[list[int]]:
+    """Numbers of each element: of one line, which may go on; a line may have some to spare."""
+    numbers: list[int] = []
+    going_on = True
+    for row in card.rows:
+        before = len(numbers)
+        numbers += [whole_number(entry, card) for entry in row if entry]
+        if before and not going_on and len(numbers) > width:
+            break
+        going_on = row[-1] == ""
+        if len(numbers) >= width:
+            yield numbers
+            numbers = []
+    if numbers:
         raise MeshError(
             f"{card.place}: {len(numbers)} numbers: each element of type {card.option('TYPE')} "
-            f"must have its own number and {width} nodes"
+            f"must have its own number and {width - 1} nodes"
         )
-    rows = [numbers[i : i + width + 1] for i in range(0, len(numbers), width + 1)]
-    part.elements.update({row[0]: (kind, row[1:]) for row in rows})
-    if "ELSET" in card.options:
-        part.sets.append(_as_set(card, "ELSET", [str(row[0]) for row in rows]))
 
 
 def _as_set(card: Card, keyword: str, numbers: list[str]) -> Card:
@@ -128,8 +187,8 @@ def _kind(card: Card) -> tuple[str, int]:
         if re.fullmatch(rf"({pattern})[A-Z]*\d?", given.upper()):
             return found
     raise MeshError(
-        f"{card.place}: element type {given}: must be solid (C3D4, C3D10, C3D8, C3D20), plane "
-        "(CPS, CPE), a shell or membrane on the surface of a solid, or a truss of 2 nodes"
+        f"{card.place}: element type {given}: must be solid (C3D4, C3D10, C3D8, C3D20, C3D6, "
+        "C3D15), plane (CPS, CPE), a shell or membrane on the surface of a solid, or a truss"
     )
 
 
@@ -174,6 +233,7 @@ def _foreign(path: Path, model: Model) -> ForeignMesh:
     """Labels as rows of arrays."""
     node = {label: row for row, label in enumerate(model.nodes)}
     kinds: dict[str, list[list[int]]] = {}
+    numbers: dict[str, list[int]] = {}
     place: dict[Label, tuple[str, int]] = {}
     for label, (kind, nodes) in model.elements.items():
         if any(n not in node for n in nodes):
@@ -182,14 +242,9 @@ def _foreign(path: Path, model: Model) -> ForeignMesh:
                 code=Code.MESH_FILE,
             )
         rows = kinds.setdefault(kind, [])
+        numbers.setdefault(kind, []).append(label[1])
         place[label] = kind, len(rows)
         rows.append([node[n] for n in nodes])
-    dims = {KINDS[kind][0] for kind in kinds}
-    if dims >= {1, 3}:
-        raise MeshError(
-            f"mesh file {path}: has trusses beside solids: must be solids alone",
-            code=Code.MESH_FILE,
-        )
     sets: dict[str, dict[str, Indices]] = {}
     for key, labels in model.element_sets.items():
         for kind in kinds:
@@ -206,8 +261,15 @@ def _foreign(path: Path, model: Model) -> ForeignMesh:
             if key in model.written
         },
         facets={
-            model.written[key]: np.array([[node[n] for n in side] for side in sides])
+            model.written[key]: _padded([[node[n] for n in side] for side in sides])
             for key, sides in model.surfaces.items()
             if key in model.written and sides
         },
+        numbers={kind: np.array(found) for kind, found in numbers.items()},
     )
+
+
+def _padded(sides: list[list[int]]) -> Indices:
+    """Corners of sides as rows of one width, -1 after the shorter ones."""
+    width = max(map(len, sides))
+    return np.array([side + [-1] * (width - len(side)) for side in sides], dtype=np.int64)

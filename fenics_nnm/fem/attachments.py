@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import ufl
@@ -14,35 +13,11 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.stress import Expr
 from fenics_nnm.fem.vertices import at_vertices
-
-
-@dataclass(frozen=True, slots=True)
-class Attachment:
-    """A mass, springs to the ground or a force, in the directions of the axes.
-
-    Attributes:
-        key: The study's section, for messages.
-        kind: "mass", "spring" or "force".
-        values: Mass in kg, stiffness in N/m or force in N along each axis, shape (dim,); per area,
-            in kg/m^2 or N/m^3, if `per_area`.
-        point: Coordinates in m that the nearest vertex is taken to; empty for facets.
-        facets: Names of groups of facets that it is spread over evenly; empty for a point.
-        per_area: Whether values are per area of the facets.
-        cubic: Cubic stiffness of springs along each axis in N/m^3, that of all facets together and
-            of their mean displacement, shape (dim,); empty for none.
-    """
-
-    key: str
-    kind: Literal["mass", "spring", "force"]
-    values: tuple[float, ...]
-    point: tuple[float, ...] = ()
-    facets: tuple[str, ...] = ()
-    per_area: bool = False
-    cubic: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +95,7 @@ def nearest_vertex(
     found = None
     if rank == comm.rank:
         block = int(at_vertices(mesh, space.dofmap.list)[owned[first]])
-        held = bool(np.isin(block * tagged.dim, clamped))
+        held = bool(np.isin(block * tagged.dim + np.arange(tagged.dim), clamped).all())
         found = points[first], _size_around(mesh, int(owned[first])), held
     point, size, held = comm.bcast(found, root=rank)
     if distance > size:
@@ -137,13 +112,28 @@ def nearest_vertex(
 
 
 def add_at_vertex(
-    matrix: PETSc.Mat, space: fem.FunctionSpace, vertex: Vertex, values: tuple[float, ...]
+    matrix: PETSc.Mat,
+    space: fem.FunctionSpace,
+    vertex: Vertex,
+    values: tuple[float, ...],
+    clamped: Indices,
 ) -> None:
-    """Add values along the axes to the diagonal of an assembled matrix; all ranks call this."""
+    """Add values along the free axes to the diagonal of an assembled matrix; all ranks call this.
+
+    Args:
+        matrix: K or M.
+        space: Displacement space.
+        vertex: Vertex.
+        values: Value along each axis.
+        clamped: Local indices of clamped degrees of freedom, unrolled.
+    """
     if vertex.block >= 0:
         size = space.dofmap.index_map_bs
         first = (space.dofmap.index_map.local_range[0] + vertex.block) * size
+        held = np.isin(vertex.block * size + np.arange(size), clamped)
         for axis, value in enumerate(values):
+            if held[axis]:
+                continue
             matrix.setValue(first + axis, first + axis, value, PETSc.InsertMode.ADD_VALUES)
     matrix.assemble()
 

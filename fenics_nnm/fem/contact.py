@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from mpi4py import MPI
@@ -39,6 +39,7 @@ class ContactInterface:
             contact point, shape (owned vertices, n_c).
         sides: Local facets of each patch, and those opposite to it, which may be none.
         comm: Communicator.
+        held: Owned degrees of freedom that are held, on which no force acts.
     """
 
     points: Array
@@ -52,6 +53,7 @@ class ContactInterface:
     pressures: csr_array
     sides: tuple[tuple[Indices, Indices], ...]
     comm: MPI.Comm
+    held: Indices = field(default_factory=lambda: np.empty(0, dtype=np.int32))
 
     @property
     def count(self) -> int:
@@ -81,10 +83,11 @@ class ContactInterface:
         whole = self.weights.toarray().T
         for axis in range(dim):
             forces[axis::dim] = whole * self.directions[:, axis]
+        forces[self.held] = 0.0
         return forces
 
     def unit_forces_all_directions(self, owned: int) -> Array:
-        """A unit force along each axis at each point, shape (n_owned, k dim).
+        """A unit force along each free axis at each point, shape (n_owned, <= k dim).
 
         Points of several patches at one vertex have the same such forces, and count once: k <= n_c.
         """
@@ -95,7 +98,9 @@ class ContactInterface:
         forces = np.zeros((owned, whole.shape[1] * dim))
         for axis in range(dim):
             forces[axis::dim, axis::dim] = whole
-        return forces
+        forces[self.held] = 0.0
+        acting = self.comm.allreduce(np.abs(forces).sum(axis=0)) > 0
+        return forces[:, acting]
 
     def assert_independent(self, keys: Sequence[str]) -> None:
         """Refuse patches that share a contact point along the same line.
@@ -145,6 +150,7 @@ def contact_interface(solid: Solid, patches: Sequence[Patch]) -> ContactInterfac
         pressures=csr_array(vstack([part.pressures.T for part in found]).T),
         sides=tuple(_sides(patch) for patch in patches),
         comm=solid.tagged.mesh.comm,
+        held=solid.clamped[solid.clamped < solid.owned],
     )
     interface.assert_independent([patch.key for patch in patches])
     return interface

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -20,6 +21,10 @@ Field = Callable[[Array, Array], Array]
 
 #: Distances that differ by less than this part of a patch's size are the same.
 _TIE = 1e-9
+
+
+#: Part of a contact direction along free axes below which a vertex cannot move along it.
+_ALONG = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +101,9 @@ def patch_points(solid: Solid, patch: Patch) -> PatchPoints:
         GeometryError: as `contact_interface`.
     """
     vertices = PatchVertices.of(solid, patch.facets, f"{patch.key}.facets", patch.what)
-    _refuse_clamped(vertices, patch)
+    _refuse_clamped(vertices, vertices.held.all(axis=1), patch)
     directions = patch.direction(vertices.points, vertices.normals)
+    _refuse_clamped(vertices, ~(np.abs(directions) * ~vertices.held > _ALONG).any(axis=1), patch)
     met = _met(solid, patch, vertices, directions)
     left_out = int(np.count_nonzero(~met))
     vertices, directions = vertices.chosen(np.flatnonzero(met)), directions[met]
@@ -150,8 +156,7 @@ def _farthest(distance: Array, tie: float) -> int:
     return int(np.argmax(distance >= distance.max() - tie))
 
 
-def _refuse_clamped(vertices: PatchVertices, patch: Patch) -> None:
-    clamped = vertices.clamped
+def _refuse_clamped(vertices: PatchVertices, clamped: Any, patch: Patch) -> None:
     if clamped.any():
         place = ", ".join(f"{x:.6g}" for x in vertices.points[np.argmax(clamped)])
         raise MeshError(

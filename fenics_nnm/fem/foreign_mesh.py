@@ -11,7 +11,8 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
-from fenics_nnm.fem.gmsh_mesh import check_one_type, extracted
+from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.gmsh_mesh import extracted
 from fenics_nnm.fem.raw_mesh import RawMesh
 
 #: Dimension, gmsh's number and plural of each kind of cell, by meshio's names.
@@ -33,16 +34,22 @@ KINDS: dict[str, tuple[int, int, str]] = {
     "wedge15": (3, 18, "prisms"),
     "pyramid": (3, 7, "pyramids"),
     "pyramid13": (3, 19, "pyramids"),
+    "wedge18": (3, 13, "prisms"),
+    "pyramid14": (3, 14, "pyramids"),
 }
 
 #: VTK's place of each node in gmsh's order, where the two differ.
-_GMSH_ORDER = {
+GMSH_ORDER = {
     "tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
     "hexahedron20": [*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14],
     "hexahedron27": [
         *[*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14],
         *[24, 22, 20, 21, 23, 25, 26],
     ],
+    "wedge15": [*range(6), 6, 8, 12, 7, 13, 14, 9, 11, 10],
+    "wedge18": [*range(6), 6, 8, 12, 7, 13, 14, 9, 11, 10, 15, 17, 16],
+    "pyramid13": [*range(5), 5, 8, 9, 6, 10, 7, 11, 12],
+    "pyramid14": [*range(5), 5, 8, 9, 6, 10, 7, 11, 12, 13],
 }
 
 _ALL_CELLS = "body"
@@ -57,7 +64,11 @@ class ForeignMesh:
         cells: Rows of `points` of the cells of each kind, a key of `KINDS`.
         sets: Rows of `cells` of each named set, by kind.
         node_sets: Rows of `points` of each named set of nodes.
-        facets: Corners of each facet of a named surface, as rows of `points`.
+        facets: Corners of each facet of a named surface, as rows of `points`, -1 after those of
+            a triangle among quadrangles.
+        numbers: Number of each cell in the file, by kind; counted from 1 without.
+        attached: Masses and springs, in the units of the file.
+        notes: What was left out or changed on reading, a line each.
     """
 
     points: Array
@@ -65,6 +76,13 @@ class ForeignMesh:
     sets: Mapping[str, Mapping[str, Indices]] = field(default_factory=dict)
     node_sets: Mapping[str, Indices] = field(default_factory=dict)
     facets: Mapping[str, Indices] = field(default_factory=dict)
+    numbers: Mapping[str, Indices] = field(default_factory=dict)
+    attached: tuple[Attachment, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def numbers_of(self, kind: str) -> Indices:
+        """Number in the file of each cell of a kind."""
+        return np.asarray(self.numbers.get(kind, np.arange(len(self.cells[kind])) + 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +111,7 @@ class _Facets:
 
 
 def raw_mesh(name: str, foreign: ForeignMesh) -> RawMesh:
-    """Cells of the highest dimension, and facets of all sets that name some.
+    """Cells of the highest dimension, of one kind, and facets of all sets that name some.
 
     A facet belongs to a set of nodes if it lies on the surface and all its nodes are in the set.
     Where several kinds of sets have one name, named surfaces and sets of flat cells come first.
@@ -106,15 +124,12 @@ def raw_mesh(name: str, foreign: ForeignMesh) -> RawMesh:
     Raises:
         MeshError: if the cells cannot be used, or a set names facets that the cells do not have.
     """
-    if not foreign.cells:
-        raise MeshError(f"{name}: holds no cells")
     dim = max(KINDS[kind][0] for kind in foreign.cells)
     bodies = [kind for kind in foreign.cells if KINDS[kind][0] == dim]
-    check_one_type(name, {KINDS[kind][2]: len(foreign.cells[kind]) for kind in bodies})
     kind = bodies[0]
     _add_cells(foreign, kind)
-    if dim == 0 or kind.startswith(("wedge", "pyramid")):
-        return extracted(name)  # which refuses them
+    if dim == 0:
+        return extracted(name)  # which refuses points
     table = _facet_table(KINDS[kind][1])
     groups = _facet_groups(name, foreign, table, dim)
     for group, rows in groups.items():
@@ -122,14 +137,28 @@ def raw_mesh(name: str, foreign: ForeignMesh) -> RawMesh:
             _add_facets(group, table.kind, table.nodes[rows])
     raw = extracted(name)
     none = np.empty((0, table.nodes.shape[1]), dtype=np.int64)
-    return replace(raw, facets={group: raw.facets.get(group, none) for group in groups})
+    return replace(
+        raw,
+        facets={group: raw.facets.get(group, none) for group in groups},
+        nodes=_nodes_of_cells(foreign, kind),
+        attached=foreign.attached,
+        notes=foreign.notes,
+    )
+
+
+def _nodes_of_cells(foreign: ForeignMesh, kind: str) -> dict[str, Indices]:
+    """Sets of nodes as rows of the points that cells have, which are numbered as they stand."""
+    used = np.zeros(len(foreign.points), dtype=bool)
+    used[foreign.cells[kind]] = True
+    row = np.cumsum(used) - 1
+    return {name: row[nodes[used[nodes]]] for name, nodes in foreign.node_sets.items()}
 
 
 def _add_cells(foreign: ForeignMesh, kind: str) -> None:
     """Add nodes and cells; cells of the same sets are one entity."""
     dim, number, _ = KINDS[kind]
     cells = foreign.cells[kind]
-    cells = cells[:, _GMSH_ORDER.get(kind, list(range(cells.shape[1])))] + 1
+    cells = cells[:, GMSH_ORDER.get(kind, list(range(cells.shape[1])))] + 1
     members = {name: rows[kind] for name, rows in foreign.sets.items() if len(rows.get(kind, ()))}
     members.setdefault(_ALL_CELLS, np.arange(len(cells)))
     belongs = np.zeros((len(cells), len(members)), dtype=bool)

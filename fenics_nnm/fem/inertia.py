@@ -10,6 +10,7 @@ from petsc4py import PETSc
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ModelError, OutOfMemoryError
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
+from fenics_nnm.fem.parts import parts_that_move
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import counted, counting_shift
 
@@ -27,10 +28,11 @@ _ROOT_ALONE = ("mat_mumps_icntl_13", 1)
 _RIGID = 1e-9
 
 
-def assert_held(squared: Array) -> None:
+def assert_held(solid: Solid, squared: Array) -> None:
     """Refuse a body that can move as a rigid body.
 
     Args:
+        solid: Assembled body.
         squared: Its lowest squared circular frequencies.
 
     Raises:
@@ -40,7 +42,8 @@ def assert_held(squared: Array) -> None:
     if rigid:
         raise ModelError(
             f"{rigid} rigid-body modes found: the body is not held; "
-            "name facets that hold it, or springs that are stiff enough",
+            "name facets that hold it, or springs that are stiff enough"
+            f"{parts_that_move(solid)}",
             code=Code.NOT_HELD,
         )
 

@@ -74,7 +74,7 @@ class IterativeModalSolver(HeldTogether):
         squared, shapes = lowest_modes(
             self._pencil, self._preconditioner, self._start(block), count + 1, tolerance=_MODES
         )
-        assert_held(squared)
+        assert_held(self._solid, squared)
         below = counted_below(self._solid, squared, count, self._memory)
         return LinearModes(
             omega=np.sqrt(squared[:count]), shapes=shapes[:, :count], checked_below=below

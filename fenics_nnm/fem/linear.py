@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.attachments import Attachment
+from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.modal_solver import ModalSolver

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import gmsh
@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
 from fenics_nnm.fem.mesh_file import read_raw
 from fenics_nnm.fem.raw_mesh import RawMesh, distributed
@@ -28,16 +29,29 @@ class TaggedMesh:
         mesh: Mesh of one cell type, whose geometric and topological dimensions agree.
         facets: Local facet indices of each named group; the names are alike on all ranks.
         cells: Local cell indices, ghosts included, of each named group; names as above.
+        nodes: Local nodes of the geometry, ghosts included, of each named set of nodes.
+        attached: Masses and springs that the file has.
+        notes: What was left out or changed on reading the file, a line each.
     """
 
     mesh: dmesh.Mesh
     facets: dict[str, Indices]
     cells: dict[str, Indices]
+    nodes: dict[str, Indices] = field(default_factory=dict)
+    attached: tuple[Attachment, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def dim(self) -> int:
         """Dimension of the body: 1, 2 or 3."""
         return int(self.mesh.topology.dim)
+
+    def _box(self) -> str:
+        """Ranges of the coordinates in m; all ranks call this."""
+        x, comm = self.mesh.geometry.x[:, : self.dim], self.mesh.comm
+        low = np.min(comm.allgather(x.min(axis=0, initial=np.inf)), axis=0)
+        high = np.max(comm.allgather(x.max(axis=0, initial=-np.inf)), axis=0)
+        return " x ".join(f"[{a:.5g}, {b:.5g}]" for a, b in zip(low, high, strict=True))
 
     def facets_of(self, names: tuple[str, ...], what: str) -> Indices:
         """Local facets of all the named groups together.
@@ -52,7 +66,10 @@ class TaggedMesh:
         for name in names:
             if name not in self.facets:
                 known = ", ".join(f'"{known}"' for known in sorted(self.facets)) or "none"
-                raise MeshError(f'{what} = "{name}": the mesh has no such group; it has {known}')
+                raise MeshError(
+                    f'{what} = "{name}": the mesh has no such group; it has {known}; groups can be '
+                    f"picked by place in [groups.{name}]: the mesh lies in {self._box()} m"
+                )
             if not self.mesh.comm.allreduce(len(self.facets[name])):
                 raise MeshError(
                     f'{what} = "{name}": the group has no facets: a set of nodes has those whose '
@@ -100,4 +117,7 @@ def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> T
         metres: Metres in one unit of its coordinates.
         comm: Communicator of the mesh.
     """
-    return TaggedMesh(*distributed(read, metres, comm))
+    spread = distributed(read, metres, comm)
+    return TaggedMesh(
+        spread.mesh, spread.facets, spread.cells, spread.nodes, spread.attached, spread.notes
+    )

@@ -13,6 +13,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import Code, MeshError
+from fenics_nnm.fem.file_kinds import not_read
 from fenics_nnm.fem.foreign_mesh import KINDS, ForeignMesh
 
 #: Most values of an array of whole numbers on cells that are taken for names of groups.
@@ -68,9 +69,7 @@ def _read(path: Path) -> Any:
             return meshio.read(path)
     except (Exception, SystemExit) as error:
         reason = " ".join(printed.getvalue().split()) or f"{type(error).__name__}: {error}"
-        raise MeshError(
-            f"mesh file {path}: meshio cannot read it: {reason}", code=Code.MESH_FILE
-        ) from error
+        raise not_read(path, reason) from error
 
 
 def _sets(mesh: Any) -> Iterator[tuple[str, int, Indices]]:

@@ -13,6 +13,7 @@ from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
 from fenics_nnm.fem.parallel import HeldTogether
+from fenics_nnm.fem.parts import parts_that_move
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import LinearModes
 
@@ -77,7 +78,7 @@ class DirectModalSolver(HeldTogether):
         squared = np.array([self._eps.getEigenvalue(i).real for i in range(found)])
         order = np.argsort(squared)
         squared = squared[order]
-        assert_held(squared)
+        assert_held(self._solid, squared)
         below = counted_below(self._solid, squared, count, self._memory)
         return LinearModes(
             omega=np.sqrt(squared[:count]), shapes=self._shapes(order[:count]), checked_below=below
@@ -120,7 +121,7 @@ class DirectModalSolver(HeldTogether):
                 raise
             raise ModelError(
                 "the stiffness cannot be factorised: rigid-body modes (is the body clamped?): "
-                f"{error}"
+                f"{error}{parts_that_move(self._solid)}"
             ) from error
 
     def _shapes(self, order: Indices) -> Array:

@@ -7,15 +7,18 @@ reader of our own.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from fenics_nnm.arrays import Indices
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.foreign_mesh import ForeignMesh
+from fenics_nnm.fem.nastran_attached import NAMES, attached
+from fenics_nnm.fem.nastran_cards import BulkCard, bulk_cards, lines_of
+from fenics_nnm.fem.nastran_keywords import is_stated, refuse
+from fenics_nnm.fem.nastran_systems import Systems
 
 #: meshio's name of each element by its number of nodes, and VTK's order where it differs.
 _ELEMENTS = {
@@ -23,17 +26,23 @@ _ELEMENTS = {
     "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
     "CPENTA": {6: "wedge", 15: "wedge15"},
     "CPYRAM": {5: "pyramid", 13: "pyramid13"},
+    "CPYRA": {5: "pyramid", 13: "pyramid13"},
     "CTRIA3": {3: "triangle"},
+    "CTRIAR": {3: "triangle"},
     "CTRIA6": {6: "triangle6"},
     "CQUAD4": {4: "quad"},
+    "CQUADR": {4: "quad"},
     "CQUAD8": {8: "quad8"},
 }
-_VTK_ORDER = {"hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]}
+_VTK_ORDER = {
+    "hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15],
+    "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
+}
 
-#: Cards that add stiffness or mass, or make nodes move together.
-_REFUSED = re.compile(
-    r"C(BAR|BEAM|BEND|ROD|TUBE|ELAS\d|BUSH|DAMP\d|MASS\d|GAP|ONM\d)|RBE\d|RBAR|MPC"
-)
+#: Lines, which gmsh writes along the edges of a body, and the properties that make them bars.
+_LINES = ("CBAR", "CBEAM", "CROD", "CTUBE")
+_LINE_PROPERTIES = ("PBAR", "PBARL", "PBEAM", "PBEAML", "PROD", "PTUBE")
+_SCALAR_PROPERTIES = ("PELAS", "PMASS")
 
 #: Comments that name a property: of HyperMesh, FEMAP and, standing before it, Patran.
 _NUMBERED = (
@@ -44,31 +53,66 @@ _BEFORE = re.compile(r"\$\s*Elements and Element Properties for region\s*:\s*(.+
 
 
 @dataclass(frozen=True, slots=True)
-class _Card:
-    """Fields of a card with those of its continuations, and where it begins."""
+class _Element:
+    """Number of the element, of its property and of its GRIDs, and where it stands."""
 
-    name: str
-    fields: list[str]
+    number: int
+    property: int
+    nodes: list[int]
     place: str
 
-    def whole(self, index: int) -> int:
-        """A field as a whole number."""
-        entry = self.fields[index] if index < len(self.fields) else ""
-        try:
-            return int(entry)
-        except ValueError as error:
-            raise MeshError(
-                f'{self.place}: {self.name}: "{entry}" must be a whole number'
-            ) from error
 
-    def real(self, index: int) -> float:
-        """A field as a real number, such as 1.5, 1.5E-3, 1.5D-3 or 1.5-3."""
-        entry = self.fields[index] if index < len(self.fields) else ""
-        text = re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", entry.upper().replace("D", "E"))
-        try:
-            return float(text) if text else 0.0
-        except ValueError as error:
-            raise MeshError(f'{self.place}: {self.name}: "{entry}" must be a number') from error
+@dataclass(slots=True)
+class _Bulk:
+    """What the cards of a file say."""
+
+    systems: Systems = field(default_factory=Systems)
+    elements: dict[str, list[_Element]] = field(default_factory=dict)
+    lines: list[BulkCard] = field(default_factory=list)
+    scalars: list[BulkCard] = field(default_factory=list)
+    properties: dict[tuple[str, int], BulkCard] = field(default_factory=dict)
+    stated: list[str] = field(default_factory=list)
+
+    def take(self, card: BulkCard) -> None:
+        """Take a card.
+
+        Raises:
+            MeshError: if it cannot be followed.
+        """
+        if self.systems.take(card):
+            return
+        if card.name in (*_LINE_PROPERTIES, *_SCALAR_PROPERTIES):
+            self.properties[card.name, card.whole(0)] = card
+        if card.name in _ELEMENTS:
+            kind, nodes = _element(card)
+            self._add(
+                kind, _Element(card.whole(0), card.whole(1, card.whole(0)), nodes, card.place)
+            )
+        elif card.name in _LINES:
+            self.lines.append(card)
+        elif card.name in NAMES:
+            self.scalars.append(card)
+        elif is_stated(card):
+            self.stated.append(card.name)
+        elif card.name not in _SCALAR_PROPERTIES:
+            refuse(card)
+
+    def take_lines(self) -> None:
+        """Take lines without a property as lines; with one they are bars.
+
+        Raises:
+            MeshError: if one has a property.
+        """
+        known = {number for name, number in self.properties if name in _LINE_PROPERTIES}
+        for card in self.lines:
+            number = card.whole(1, card.whole(0))
+            if number in known:
+                refuse(card)
+            nodes = [card.whole(2), card.whole(3)]
+            self._add("line", _Element(card.whole(0), number, nodes, card.place))
+
+    def _add(self, kind: str, element: _Element) -> None:
+        self.elements.setdefault(kind, []).append(element)
 
 
 def read_nastran(path: Path) -> ForeignMesh:
@@ -79,30 +123,48 @@ def read_nastran(path: Path) -> ForeignMesh:
     Raises:
         MeshError: if the file cannot be followed.
     """
-    lines = path.read_text(errors="replace").splitlines()
-    row: dict[int, int] = {}
-    points: list[list[float]] = []
-    elements: dict[str, list[tuple[int, list[int], str]]] = {}
-    for card in _cards(path, lines):
-        if card.name == "GRID":
-            _check_system(card, 1)
-            row[card.whole(0)] = len(points)
-            points.append([card.real(index) for index in (2, 3, 4)])
-        elif card.name == "GRDSET":
-            _check_system(card, 1)
-        elif card.name in _ELEMENTS:
-            kind, nodes = _element(card)
-            elements.setdefault(kind, []).append((card.whole(1), nodes, card.place))
-        elif _REFUSED.fullmatch(card.name):
-            raise MeshError(
-                f"{card.place}: {card.name} cannot be followed: must be solid or plane elements "
-                "alone, without bars, springs, masses and links"
-            )
-    cells = {kind: _rows(kind, members, row) for kind, members in elements.items()}
-    return ForeignMesh(np.array(points).reshape(-1, 3), cells, _sets(elements, _names(lines)))
+    lines = list(lines_of(path))
+    bulk = _Bulk()
+    for card in bulk_cards(lines):
+        bulk.take(card)
+    bulk.take_lines()
+    if not bulk.elements:
+        raise MeshError(
+            f"mesh file {path}: holds no elements of Nastran bulk data", code=Code.MESH_FILE
+        )
+    _assert_numbers(bulk)
+    used = {node: e.place for es in bulk.elements.values() for e in es for node in e.nodes}
+    points = np.array([bulk.systems.place(node, place) for node, place in used.items()])
+    row = {node: index for index, node in enumerate(used)}
+    stated = ", ".join(dict.fromkeys(bulk.stated))
+    note = f"not read: {stated}, which the study states or which have no effect here"
+    return ForeignMesh(
+        points.reshape(-1, 3),
+        {kind: _rows(kind, members, row) for kind, members in bulk.elements.items()},
+        _sets(bulk.elements, _names([line.text for line in lines])),
+        numbers={
+            kind: np.array([element.number for element in members])
+            for kind, members in bulk.elements.items()
+        },
+        attached=tuple(attached(card, bulk.properties, bulk.systems) for card in bulk.scalars),
+        notes=(note,) if stated else (),
+    )
 
 
-def _element(card: _Card) -> tuple[str, list[int]]:
+def _assert_numbers(bulk: _Bulk) -> None:
+    """Refuse elements of one number."""
+    known: dict[int, str] = {}
+    for members in bulk.elements.values():
+        for element in members:
+            if element.number in known:
+                raise MeshError(
+                    f"{element.place}: element {element.number} stands twice, first at "
+                    f"{known[element.number]}"
+                )
+            known[element.number] = element.place
+
+
+def _element(card: BulkCard) -> tuple[str, list[int]]:
     """Kind and nodes of an element; fields after its nodes are thickness and the like."""
     kinds = _ELEMENTS[card.name]
     most = max(kinds)
@@ -113,83 +175,25 @@ def _element(card: _Card) -> tuple[str, list[int]]:
     return kinds[len(given)], [card.whole(index) for index in range(2, 2 + len(given))]
 
 
-def _rows(kind: str, members: list[tuple[int, list[int], str]], row: dict[int, int]) -> Indices:
+def _rows(kind: str, members: list[_Element], row: dict[int, int]) -> Indices:
     """Rows of the points of all elements of a kind, in VTK's order."""
-    for _, nodes, place in members:
-        missing = [node for node in nodes if node not in row]
-        if missing:
-            raise MeshError(f"{place}: there is no GRID {missing[0]}")
-    cells = np.array([[row[node] for node in nodes] for _, nodes, _ in members])
+    cells = np.array([[row[node] for node in element.nodes] for element in members])
     return cells[:, _VTK_ORDER[kind]] if kind in _VTK_ORDER else cells
 
 
 def _sets(
-    elements: dict[str, list[tuple[int, list[int], str]]], names: dict[int, str]
+    elements: dict[str, list[_Element]], names: dict[int, str]
 ) -> dict[str, dict[str, Indices]]:
     """Elements of each property, by its number and its name."""
     sets: dict[str, dict[str, Indices]] = {}
     for kind, members in elements.items():
-        owner = np.array([pid for pid, _, _ in members])
+        owner = np.array([element.property for element in members])
         for pid in np.unique(owner):
             rows = np.flatnonzero(owner == pid)
             for name in dict.fromkeys((f"PID {pid}", names.get(int(pid), f"PID {pid}"))):
                 parts = sets.setdefault(name, {})
                 parts[kind] = np.union1d(parts.get(kind, np.empty(0, dtype=np.int64)), rows)
     return sets
-
-
-def _check_system(card: _Card, index: int) -> None:
-    """Refuse coordinates in a system of their own."""
-    system = card.fields[index] if index < len(card.fields) else ""
-    if system not in ("", "0"):
-        raise MeshError(
-            f"{card.place}: {card.name}: coordinates in system {system}: must be in the basic "
-            "system, 0: write the grid out in it"
-        )
-
-
-def _cards(path: Path, lines: list[str]) -> Iterator[_Card]:
-    """Cards of the bulk data, their continuations joined."""
-    begin = next((i for i, line in enumerate(lines) if re.match(r"BEGIN\s+BULK", line.upper())), -1)
-    current: _Card | None = None
-    for number in range(begin + 1, len(lines)):
-        line = lines[number].partition("$")[0].expandtabs(8).rstrip()
-        if not line:
-            continue
-        if line.upper().startswith("ENDDATA"):
-            break
-        name, fields = _split(line)
-        if name == "INCLUDE":
-            raise MeshError(f"{path}, line {number + 1}: INCLUDE: must be one file")
-        if current is not None and (not name or name.startswith("+")):
-            current.fields.extend(fields)
-            continue
-        if current is not None:
-            yield current
-        current = _Card(name, fields, f"{path}, line {number + 1}")
-    if current is not None:
-        yield current
-
-
-def _split(line: str) -> tuple[str, list[str]]:
-    """Name and fields of one line, in free, small or large fields, without continuation marks.
-
-    A line of large fields has four of them, a line of small ones eight; a continuation has no name
-    or one that begins with + or *.
-    """
-    if "," in line:
-        first, *fields = (part.strip() for part in line.split(","))
-        count = 4 if first.endswith("*") or first.startswith("*") else 8
-        fields = [*fields, *[""] * count][:count]
-    else:
-        first = line[:8].strip()
-        wide = first.endswith("*") or first.startswith("*")
-        width = 16 if wide else 8
-        fields = [line[i : i + width].strip() for i in range(8, 72, width)]
-    name = first.upper().rstrip("*").strip()
-    if first.startswith(("*", "+")):
-        name = ""
-    return name.split(" ")[0], fields
 
 
 def _names(lines: list[str]) -> dict[int, str]:

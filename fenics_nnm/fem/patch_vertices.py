@@ -29,7 +29,7 @@ class PatchVertices:
         points: Coordinates in m, shape (n, dim).
         normals: Outward normals times area, shape (n, dim).
         areas: Tributary areas in m^2, shape (n,).
-        clamped: Whether the displacement is held.
+        held: Whether the displacement is held along each axis, shape (n, dim).
     """
 
     numbers: Indices
@@ -38,7 +38,7 @@ class PatchVertices:
     points: Array
     normals: Array
     areas: Array
-    clamped: Mask
+    held: Mask
 
     @classmethod
     def of(cls, solid: Solid, facets: Indices, key: str, what: str) -> PatchVertices:
@@ -99,7 +99,7 @@ def _owned_vertices(solid: Solid, facets: Indices) -> dict[str, Array | Indices 
         "points": mesh.geometry.x[nodes][:, :dim].copy(),
         "normals": normals.x.array.reshape(-1, dim)[scalar].copy(),
         "areas": areas.x.array[scalar].copy(),
-        "clamped": np.isin(blocks * dim, solid.clamped),
+        "held": np.isin(blocks[:, None] * dim + np.arange(dim), solid.clamped),
     }
 
 

@@ -11,7 +11,8 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import MeshError
-from fenics_nnm.fem.attachments import Attachment, nearest_vertex
+from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.attachments import nearest_vertex
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.attached import AttachedPoints
 
@@ -45,6 +46,7 @@ def force_row(solid: Solid, force: Attachment) -> Array:
         MeshError: as `unit_rows`, or if the force acts on what is clamped.
     """
     row = unit_rows(solid, force) @ force.values / np.linalg.norm(force.values)
+    row[solid.clamped[solid.clamped < solid.owned]] = 0.0
     if not solid.tagged.mesh.comm.allreduce(int(row.any())):
         raise MeshError(f"{force.key}: acts on what is clamped: a force there has no effect")
     return np.asarray(row)

@@ -46,7 +46,7 @@ class Entries:
 def owned_rows(solid: Solid, entries: Entries, count: int) -> csr_array:
     """Columns of the blocks that this rank owns, of a matrix whose entries all ranks bring.
 
-    Held blocks are left out: they do not move.
+    Blocks that are held in all directions are left out: they do not move.
 
     Args:
         solid: Assembled body.
@@ -59,7 +59,8 @@ def owned_rows(solid: Solid, entries: Entries, count: int) -> csr_array:
         np.concatenate(comm.allgather(part))
         for part in (entries.rows, entries.blocks, entries.values)
     )
-    held = np.unique(solid.clamped // solid.tagged.dim)
+    block, directions = np.unique(solid.clamped // solid.tagged.dim, return_counts=True)
+    held = block[directions == solid.tagged.dim]
     mine = (blocks >= first) & (blocks < last) & ~np.isin(blocks - first, held)
     at = (rows[mine], blocks[mine] - first)
     return csr_array(coo_array((values[mine], at), shape=(count, last - first)))

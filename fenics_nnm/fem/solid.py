@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import ufl
@@ -12,13 +13,14 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import Code, MeshError
+from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.attachments import (
-    Attachment,
     Vertex,
     add_at_vertex,
     nearest_vertex,
     spread_form,
 )
+from fenics_nnm.fem.clamp import Clamp, held_blocks
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.regions import Region, Regions, regions_on
 from fenics_nnm.fem.stress import Expr, Theory, cauchy_stress, strain, stress
@@ -89,14 +91,17 @@ class Solid:
         return self.dofs - int(self.tagged.mesh.comm.allreduce(clamped))
 
 
-def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> Solid:
-    """Assemble stiffness and mass, clamped on the given local facets.
+def assemble_solid(
+    tagged: TaggedMesh, body: Body, clamped_facets: Indices, clamps: Sequence[Clamp] = ()
+) -> Solid:
+    """Assemble stiffness and mass, clamped on the given local facets, and by clamps besides.
 
     Raises:
         MeshError: if the dimension of the mesh is not that of the theory, not every cell has
             exactly one material, or something cannot be attached.
         ModelError: if the orientation of a material does not go with the theory.
     """
+    body = replace(body, attachments=(*body.attachments, *tagged.attached))
     expected = THEORY_DIMENSION[body.theory]
     if tagged.dim != expected:
         raise MeshError(
@@ -110,13 +115,34 @@ def assemble_solid(tagged: TaggedMesh, body: Body, clamped_facets: Indices) -> S
     blocks = fem.locate_dofs_topological(space, tagged.dim - 1, clamped_facets)
     # a function, since from dolfinx 0.11 on a constant of a rod's vectors has another shape
     clamp = [fem.dirichletbc(fem.Function(space), blocks)]
+    unrolled = (blocks[:, None] * tagged.dim + np.arange(tagged.dim)).ravel().astype(np.int32)
+    for axis, dofs in _held(space, tagged, clamps, unrolled):
+        if tagged.dim == 1:  # whose space has no components
+            clamp.append(fem.dirichletbc(fem.Function(space), dofs))
+        else:
+            clamp.append(fem.dirichletbc(np.float64(0.0), dofs, space.sub(axis)))
+        unrolled = np.union1d(unrolled, dofs).astype(np.int32)
     K = assemble_matrix(fem.form(strain_energy), clamp, 1.0)
     M = assemble_matrix(fem.form(inertia), clamp, 0.0)
-    vertices = _attach(tagged, space, body, (K, M), clamp)
+    vertices = _attach(tagged, space, body, (K, M), clamp, unrolled)
     for matrix in (K, M):
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    unrolled = (blocks[:, None] * tagged.dim + np.arange(tagged.dim)).ravel().astype(np.int32)
     return Solid(tagged, space, K, M, unrolled, body, regions, vertices)
+
+
+def _held(
+    space: fem.FunctionSpace, tagged: TaggedMesh, clamps: Sequence[Clamp], before: Indices
+) -> list[tuple[int, Indices]]:
+    """Degrees of freedom along each axis that clamps hold, without those held before."""
+    found: dict[int, list[Indices]] = {}
+    for clamp in clamps:
+        blocks = held_blocks(space, tagged, clamp)
+        for axis in clamp.axes:
+            found.setdefault(axis, []).append(blocks * tagged.dim + axis)
+    return [
+        (axis, np.setdiff1d(np.concatenate(parts), before).astype(np.int32))
+        for axis, parts in sorted(found.items())
+    ]
 
 
 def _attach(
@@ -125,15 +151,16 @@ def _attach(
     body: Body,
     matrices: tuple[PETSc.Mat, PETSc.Mat],
     clamp: list[fem.DirichletBC],
+    clamped: Indices,
 ) -> dict[str, Vertex]:
     """Add masses and springs to K and M, which are left assembled; vertices of those at points."""
-    vertices, clamped = {}, clamp[0].dof_indices()[0]
+    vertices = {}
     for matrix, kind, diagonal in zip(matrices, ("spring", "mass"), (1.0, 0.0), strict=True):
         matrix.assemble()  # what is added to values that are still on their way is lost
         for each in body.attachments:
             if each.kind == kind and each.point:
                 vertices[each.key] = nearest_vertex(space, tagged, each, clamped)
-                add_at_vertex(matrix, space, vertices[each.key], each.values)
+                add_at_vertex(matrix, space, vertices[each.key], each.values, clamped)
             elif each.kind == kind:
                 form = fem.form(spread_form(space, tagged, each, clamped, body.extent))
                 assemble_matrix(matrix, form, clamp, diagonal)

@@ -134,10 +134,11 @@ def _prolongation(solid: Solid) -> tuple[PETSc.Mat, Indices]:
     matrix = interpolation_matrix(linear, solid.space)
     matrix.assemble()
     fine, coarse = (at_vertices(mesh, space.dofmap.list) for space in (solid.space, linear))
-    held = np.sort(coarse[np.isin(fine * dim, solid.clamped)])
-    held = held[held < linear.dofmap.index_map.size_local]
+    held = np.isin(fine[:, None] * dim + np.arange(dim), solid.clamped)
+    own = np.sort((coarse[:, None] * dim + np.arange(dim))[held])
+    own = own[own < linear.dofmap.index_map.size_local * dim]
     start = linear.dofmap.index_map.local_range[0]
-    rows = ((start + held)[:, None] * dim + np.arange(dim)).ravel().astype(np.int32)
+    rows = (start * dim + own).astype(np.int32)
     left, right = matrix.createVecLeft(), matrix.createVecRight()
     left.set(1.0)
     left.array[solid.clamped[solid.clamped < solid.owned]] = 0.0

@@ -97,7 +97,7 @@ def massless_reduction(
         raise TooManyModesError(
             f"{error}; or a spring that is not linear, or an excitation, acts at contact points, "
             "whose flexibility it takes: must act beside them",
-            code=error.code,
+            code=Code.TOO_MANY_MODES,
         ) from error
     return Reduction(
         model=model,

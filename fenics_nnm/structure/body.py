@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fenics_nnm.fem.attachments import Attachment
+from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body
 from fenics_nnm.study import MeshStudy

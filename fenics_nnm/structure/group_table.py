@@ -26,7 +26,8 @@ def group_table(tagged: TaggedMesh) -> list[str]:
         lines.append(f"{name:<{width}}   {_measures(tagged, surface, name)}")
     more = len(tagged.facets) - _MOST_LISTED
     lines += [f"and {more} more groups"] if more > 0 else []
-    return lines + _cells(tagged) + _coincident(surface)
+    notes = ["", *(f"mesh file        {note}" for note in tagged.notes)] if tagged.notes else []
+    return lines + _cells(tagged) + notes + _coincident(surface)
 
 
 def _measures(tagged: TaggedMesh, surface: Boundary, name: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.gathering import gathered_basis
@@ -19,7 +19,6 @@ from fenics_nnm.fem.linear import (
     driven,
     massless_reduced,
 )
-from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.modal_solver import ModalSolver, modal_solver
 from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fem.solid import Solid, assemble_solid
@@ -28,6 +27,7 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.body import body_of, excitations_of
+from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.group_table import group_table
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
@@ -51,7 +51,7 @@ class MeshStructure:
     def outline(self) -> Outline:
         """Mesh, roles of its groups and casings."""
         patches = self.study.contact.patches.values()
-        clamp = self.study.clamp.facets if self.study.clamp else ()
+        clamp = self.study.clamped
         touching = [name for patch in patches for name in (*patch.facets, *(patch.against or ()))]
         casings = {n: patch.casing for n, patch in enumerate(patches) if patch.casing is not None}
         return Outline(
@@ -87,10 +87,10 @@ class MeshStructure:
         study = self.study
         with stages.stage("mesh"):
             tagged = tagged_mesh(study, comm)
-            clamped = _clamped_facets(study, tagged)
+            clamped, clamps = clamped_facets(study, tagged), other_clamps(study, tagged.dim)
             patches = contact_patches(study.contact, tagged)
         with stages.stage("assembly"):
-            solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped)
+            solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped, clamps)
             return solid, contact_interface(solid, patches)
 
 
@@ -211,12 +211,6 @@ def _interface_forces(study: MeshStudy, solid: Solid, interface: ContactInterfac
     if study.reduction.all_directions:
         return interface.unit_forces_all_directions(solid.owned)
     return interface.unit_forces(solid.owned)
-
-
-def _clamped_facets(study: MeshStudy, tagged: TaggedMesh) -> Indices:
-    if study.clamp is None:
-        return np.empty(0, dtype=np.int32)
-    return tagged.facets_of(study.clamp.facets, "clamp.facets")
 
 
 def _same_rows(first: ContactInterface, second: ContactInterface) -> bool:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag
+from pydantic import BeforeValidator, Field, Tag, model_validator
 
-from fenics_nnm.study.record import Names, Positive, Record
+from fenics_nnm.study.record import FromList, Names, Positive, Record
 from fenics_nnm.study.tagged import by_key
 
 _THEORIES = "rod in 1-D, plane-stress or plane-strain in 2-D, solid in 3-D"
@@ -63,7 +63,30 @@ BodySection = Annotated[
 """Theory of the body, and what a mesh of lower dimension lacks."""
 
 
-class ClampSection(Record):
-    """Facets without displacement."""
+Directions = Annotated[tuple[Literal["x", "y", "z"], ...], Field(min_length=1), FromList]
 
-    facets: Names = Field(description="name of a group of facets, or a list of names")
+
+class ClampSection(Record):
+    """Facets or nodes without displacement, in all directions or some."""
+
+    facets: Names | None = Field(None, description="name of a group of facets, or a list of names")
+    nodes: Names | None = Field(None, description="name of a set of nodes, or a list of names")
+    directions: Directions | None = Field(
+        None, description='list of "x", "y", "z"; all of them without'
+    )
+
+    @model_validator(mode="after")
+    def _has_a_place(self) -> ClampSection:
+        if self.facets is None and self.nodes is None:
+            raise ValueError("facets: is missing (name of a group of facets, or a list of names)")
+        if self.directions and len(set(self.directions)) < len(self.directions):
+            raise ValueError(f"directions = {list(self.directions)}: must be different ones")
+        return self
+
+
+Clamps = Annotated[
+    tuple[ClampSection, ...],
+    BeforeValidator(lambda value: (value,) if isinstance(value, dict) else value),
+    FromList,
+]
+"""One clamp, or several."""

@@ -17,7 +17,7 @@ def prepared(values: dict[str, Any], folder: Path, listed: Iterable[str]) -> dic
         listed: Names of sections that may come several times.
     """
     values = copy.deepcopy(values)
-    for part in _tables(values, ("clamp", "contact", *listed)) + _picking(values):
+    for part in _tables(values, ("contact", *listed)) + _picking(values):
         _prepare(part, folder)
         for patch in _tables(part, ("patch",)):
             _prepare(patch, folder)
@@ -46,7 +46,7 @@ def _tables(values: dict[str, Any], names: tuple[str, ...]) -> list[dict[str, An
 
 def _prepare(table: dict[str, Any], folder: Path) -> None:
     """Make single names of groups lists, and the path of a casing's table relative."""
-    for key in ("against", "cells", "facets"):
+    for key in ("against", "cells", "facets", "nodes"):
         if isinstance(table.get(key), str):
             table[key] = [table[key]]
     casing = table.get("casing")

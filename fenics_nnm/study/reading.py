@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Fork, Plate, Rod, Shroud
 from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
+from fenics_nnm.study.body import ClampSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection
 from fenics_nnm.study.driven import (
     DampingSection,
@@ -30,6 +31,7 @@ from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
 
 #: Record of each section that may come several times, by its values.
 _LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
+    "clamp": lambda values: ClampSection,
     "material": material_record,
     "mass": lambda values: MassSection,
     "spring": lambda values: SpringSection,

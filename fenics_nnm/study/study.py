@@ -10,7 +10,7 @@ from pydantic import model_validator
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
-from fenics_nnm.study.body import BodySection, ClampSection
+from fenics_nnm.study.body import BodySection, Clamps
 from fenics_nnm.study.contact import (
     ContactSection,
     LawSection,
@@ -243,7 +243,7 @@ class MeshStudy(_SprungStudy):
     mass: tuple[MassSection, ...] = ()
     spring: tuple[SpringSection, ...] = ()
     excitation: tuple[ExcitationSection, ...] = ()
-    clamp: ClampSection | None = None
+    clamp: Clamps = ()
     contact: ContactSection | PatchesSection
     reduction: ReductionSection = MasslessSection()
     solver: SolverSection = SolverSection()
@@ -256,8 +256,8 @@ class MeshStudy(_SprungStudy):
 
     @property
     def clamped(self) -> tuple[str, ...]:
-        """Groups of facets without displacement."""
-        return self.clamp.facets if self.clamp else ()
+        """Groups of facets that are held, in all directions or some."""
+        return tuple(name for clamp in self.clamp for name in clamp.facets or ())
 
     @model_validator(mode="after")
     def _solver_fits_reduction(self) -> MeshStudy:

@@ -183,30 +183,21 @@ BAD: list[tuple[str, list[str]]] = [
     (one("C3D8", "*NSET, NSET=a\n1, 99"), ["line 12", "1 members are not in the file", "99"]),
     (one("C3D8", "*NSET, NSET=a, GENERATE\n1"), ["line 12", "first, last, step"]),
     (one("C3D8", "*SURFACE, NAME=a\n7, S7"), ["line 12: S7 is no side of a hexahedron"]),
-    (one("C3D8", "*TIE, NAME=a\nb, c"), ["*TIE cannot be followed"]),
+    (one("C3D8", "*TIE, NAME=a\nb, c"), ['line 12: there is no surface "b"']),
     (one("C3D8", "*ELEMENT, TYPE=SPRINGA\n9, 1, 2"), ["element type SPRINGA: must be solid"]),
-    (one("C3D8", "*ELEMENT, TYPE=T3D2\n9, 1, 2"), ["trusses beside solids"]),
-    (
-        one("C3D8", "*ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 5"),
-        ["1 hexahedra and 1 tetrahedra", "one type"],
-    ),
+    (one("C3D8", "*ELEMENT, TYPE=T3D2\n9, 1, 7"), ["1 lines hang on the body", "element 9"]),
+    (one("C3D8", "*ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 5"), ["elements overlap", "both in", "9"]),
     (one("C3D8", "*ELEMENT, TYPE=C3D4\n9, 1, 2, 3"), ["4 numbers", "own number and 4 nodes"]),
     (
-        one("C3D8", "*ELEMENT, TYPE=S4, ELSET=s\n9, 1, 2, 3, 8"),
-        ['1 of 1 facets of "s"', "no facets"],
+        one("C3D8", "*ELEMENT, TYPE=S4, ELSET=s\n9, 1, 2, 3, 88\n*NODE\n88, 2, 0, 0"),
+        ["1 quadrangles hang on the body", "element 9", "cannot be followed"],
     ),
     (
         one("C3D8", "*ELEMENT, TYPE=C3D8\n9, 1, 2, 3, 4, 5, 6, 7, 88"),
         ["element 9", "without *NODE"],
     ),
-    (one("C3D8", "*NODE, SYSTEM=C\n9, 1, 2, 3"), ["*NODE with SYSTEM"]),
+    (one("C3D8", "*NODE, SYSTEM=X\n9, 1, 2, 3"), ["*NODE, SYSTEM=X: must be R, C or S"]),
     (one("C3D8", "*NODE\n9, 1, two, 3"), ['"two": must be a number']),
-    (
-        one("C3D8", "")
-        .replace("C3D8", "C3D6")
-        .replace("7, 1, 2, 3, 4, 5, 6, 7, 8", "7, 1, 2, 3, 5, 6, 7"),
-        ["Prism"],
-    ),
 ]
 
 

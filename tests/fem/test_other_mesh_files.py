@@ -60,14 +60,15 @@ def test_forms_of_bulk_data(tmp_path: Path) -> None:
 
 
 BAD_BULK = [
-    ("GRID,2,0,", "GRID,2,5,", ["line 7", "coordinates in system 5", "basic system"]),
+    ("GRID,2,0,", "GRID,2,5,", ["line 7", "no system of coordinates 5", "CORD2C"]),
     ("GRID,2,0,1.", "GRID,2,0,one", ['"ONE" must be a number']),
-    ("PSOLID,4,1", "CBAR,77,1,1,2,0.,0.,1.", ["CBAR cannot be followed"]),
+    ("PSOLID,4,1", "CBAR,77,1,1,2,0.,0.,1.\nPBAR,1,4,1.", ["line 17", "CBAR cannot be followed"]),
+    ("PSOLID,4,1", "CBAR,77,1,1,7,0.,0.,1.", ["1 lines hang on the body", "element 77"]),
     ("CQUAD4,2,9,2,3,7,6", "CQUAD4,2,9,2,3,7,66", ["there is no GRID 66"]),
     ("CQUAD4,2,9,2,3,7,6", "CQUAD4,2,9,2,3,7", ["CQUAD4 with 3 nodes: must have 4"]),
-    ("CQUAD4,2,9,2,3,7,6", "CQUAD4,2,9,2,3,8,6", ['"PID 9"', "no facets of the body"]),
-    ("CQUAD4,2,9,2,3,7,6", "CTETRA,2,9,2,3,7,6", ["1 hexahedra and 1 tetrahedra"]),
-    ("ENDDATA", "INCLUDE 'a.bdf'", ["INCLUDE: must be one file"]),
+    ("CQUAD4,2,9,2,3,7,6", "CTETRA,2,9,2,3,7,5", ["elements overlap"]),
+    ("ENDDATA", "INCLUDE 'a.bdf'", ["a.bdf", "No such file"]),
+    ("ENDDATA", "INCLUDE 'cube.bdf'", ["cube.bdf", "includes itself"]),
 ]
 
 
@@ -95,11 +96,11 @@ def mixed() -> Any:
 
 
 BAD = [
-    ("a.vtu", b"nonsense", ["meshio cannot read it"]),
+    ("a.vtu", b"nonsense", ["no file of VTK that can be read"]),
+    ("a.vtk", b"nonsense", ["no file of VTK that can be read"]),
     ("a.med", b"nonsense", ["meshio cannot read it"]),
     ("a.xyz", b"nonsense", ["meshio cannot read it"]),
     ("a.vtu", square("polygon", [[0, 1, 2, 5, 3]]), ["1 cells of the type", "must be of order"]),
-    ("a.vtu", mixed(), ["1 quadrangles and 1 triangles", "must be of one type"]),
     ("a.vtu", square("quad", [[0, 1, 4, 3], [1, 2, 5, 4]], 0.5), ["leaves the x-y plane"]),
     ("a.vtu", square("quad", [[0, 1, 3, 4], [1, 2, 5, 4]]), ["1 degenerate elements"]),
     ("a.vtu", square("vertex", [[0], [1]]), ["no physical groups with elements"]),

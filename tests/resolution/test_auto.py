@@ -16,8 +16,11 @@ import pytest
 from conftest import PLATE, ROD, Ended, changed, toml
 from mpi4py import MPI
 
+from fenics_nnm.backbone.point import ExpectedErrors
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.nonlinear.reduction_error import ReductionError
+from fenics_nnm.nonlinear.series_error import SeriesError
 from fenics_nnm.resolution.accuracy import Accuracy, accuracy
 from fenics_nnm.resolution.auto import choice
 from fenics_nnm.resolution.finer import Finer, least
@@ -258,8 +261,14 @@ def test_check_shows_the_study(study_file: StudyFile, command: Command) -> None:
 
 def point(**values: Any) -> Any:
     errors = dict.fromkeys(("harmonics_error", "samples_error", "reduction_error"), 0.0)
-    others = {"gamma_ratio": 1.0, "error_remainder": 0.1, "resonance": ""}
-    return SimpleNamespace(**{**errors, **others, **values})
+    given = {**errors, "gamma_ratio": 1.0, "error_remainder": 0.1, "resonance": "", **values}
+    series = SeriesError(given["harmonics_error"], given["samples_error"], given["error_remainder"])
+    reduction = ReductionError(0.0, given["reduction_error"])
+    return SimpleNamespace(
+        gamma_ratio=given["gamma_ratio"],
+        resonance=given["resonance"],
+        expected=ExpectedErrors(reduction, series),
+    )
 
 
 def test_accuracy_of_smooth_branches_is_that_of_the_worst_point() -> None:

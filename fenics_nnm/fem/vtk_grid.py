@@ -113,8 +113,8 @@ def _named(path: Path, kind: int, width: int, count: int) -> str:
     known = _KINDS.get(kind) or _LAGRANGE.get((kind, width))
     if known is None or _nodes(known) != width:
         raise MeshError(
-            f"mesh file {path}: has {count} cells of the type {kind} of VTK with {width} nodes: must be of "
-            "order 1 or 2, with straight or curved faces of 3 or 4 corners",
+            f"mesh file {path}: has {count} cells of the type {kind} of VTK with {width} nodes: "
+            "must be of order 1 or 2, with straight or curved faces of 3 or 4 corners",
             code=Code.MESH_FILE,
         )
     return known

@@ -95,8 +95,8 @@ def massless_reduction(
         if len(omega) == modes.free:
             raise
         raise TooManyModesError(
-            f"{error}; or a spring that is not linear, or an excitation, acts at contact points, "
-            "whose flexibility it takes: must act beside them",
+            "massless reduction: a spring that is not linear, or an excitation, acts at contact "
+            "points and takes their flexibility: must act beside them, or use fewer modes",
             code=Code.TOO_MANY_MODES,
         ) from error
     return Reduction(

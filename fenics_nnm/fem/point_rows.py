@@ -10,7 +10,9 @@ from dolfinx.fem.petsc import assemble_vector
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.attachments import Attachment, nearest_vertex
+from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.attachments import nearest_vertex
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.attached import AttachedPoints
 
@@ -35,6 +37,19 @@ def unit_rows(solid: Solid, attachment: Attachment) -> Array:
             rows[block * dim + np.arange(dim), np.arange(dim)] = 1.0
         return rows
     return np.column_stack([_spread(solid, attachment, axis) for axis in range(dim)])
+
+
+def force_row(solid: Solid, force: Attachment) -> Array:
+    """A unit force along a force, shape (n_owned,); to be called on all ranks.
+
+    Raises:
+        MeshError: as `unit_rows`, or if the force acts on what is clamped.
+    """
+    row = unit_rows(solid, force) @ force.values / np.linalg.norm(force.values)
+    row[solid.clamped[solid.clamped < solid.owned]] = 0.0
+    if not solid.tagged.mesh.comm.allreduce(int(row.any())):
+        raise MeshError(f"{force.key}: acts on what is clamped: a force there has no effect")
+    return np.asarray(row)
 
 
 def attached_points(solid: Solid) -> AttachedPoints:

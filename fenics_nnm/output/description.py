@@ -7,6 +7,7 @@ import numpy as np
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.structure.prepared import Prepared
+from fenics_nnm.study import Study
 
 #: Most internal resonances that are listed; the others have higher harmonics.
 _MOST_LISTED = 20
@@ -37,7 +38,15 @@ def describe(prepared: Prepared) -> str:
     below = linear.modes.checked_below
     if below:
         lines += ["", f"no mode missed below {below / 2 / np.pi:.6g} Hz"]
-    return "\n".join(lines + _resonances(prepared))
+    return "\n".join([*lines, *_resonances(prepared), *_driven(study)])
+
+
+def _driven(study: Study) -> list[str]:
+    """Which command reads the sections about driven motions, where there are any."""
+    if not study.driven_sections:
+        return []
+    names = ", ".join(f"[{name}]" for name in study.driven_sections)
+    return ["", f"{names}: read by fenics-nnm response alone; without effect on a run"]
 
 
 def _at_rest(rest: RestState) -> list[str]:

@@ -25,6 +25,9 @@ from fenics_nnm.reduction.operators import Operators
 #: Part of the static flexibility of points below which the modes bring all of it.
 _NOTHING = 1e-9
 
+#: Static flexibility of a point below this part of its own once others are held is none.
+_DEPENDENT = 1e-10
+
 #: Part of the mass of a shape below which it moves no mass: relative to that of K^-1 M K^-1.
 _NO_MASS = 1e-14
 
@@ -91,7 +94,7 @@ def enriched(omega: Array, shapes: Array, rows: Array, operators: Operators) -> 
     """
     if not rows.shape[1]:
         return EnrichedModes(omega, shapes, len(omega))
-    static = operators.static(rows)
+    rows, static = _independent(rows, operators)
     lacking = static - (shapes / omega**2) @ operators.inner(shapes, rows)
     whole, flexibility = operators.gram(rows, static), operators.gram(rows, lacking)
     parts, combinations = eigh(flexibility, whole)
@@ -111,3 +114,19 @@ def enriched(omega: Array, shapes: Array, rows: Array, operators: Operators) -> 
         np.hstack([shapes, chosen @ vectors]),
         len(omega),
     )
+
+
+def _independent(rows: Array, operators: Operators) -> tuple[Array, Array]:
+    """Rows that do not follow from rows before them, with their static displacements.
+
+    A spring and an excitation at one point have the same row.
+    """
+    static = operators.static(rows)
+    whole = operators.gram(rows, static)
+    kept: list[int] = []
+    for number, own in enumerate(np.diag(whole)):
+        shared = whole[kept, number]
+        left = own - shared @ np.linalg.solve(whole[np.ix_(kept, kept)], shared) if kept else own
+        if left > _DEPENDENT * own:
+            kept.append(number)
+    return rows[:, kept], static[:, kept]

@@ -24,7 +24,7 @@ from fenics_nnm.study.messages import shown
 
 #: Sections of a study that may differ: they say which points are wanted and what is written of
 #: them. Of the continuation some keys matter, see `_leaves`.
-_FREE = ("title", "continuation", "output")
+_FREE = ("title", "continuation", "damping", "excitation", "response", "output")
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,19 @@ def body_of(study: MeshStudy, dim: int) -> Body:
     )
 
 
+def excitations_of(study: MeshStudy, dim: int) -> Iterator[Attachment]:
+    """The forces of a study on a mesh of some dimension.
+
+    Raises:
+        ModelError: if a point or a force has too few components.
+    """
+    for number, each in enumerate(study.excitation, start=1):
+        key = f"excitation[{number}]" if len(study.excitation) > 1 else "excitation"
+        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        force = fitted(each.force, dim, f"{key}.force")
+        yield Attachment(key, "force", force, point, each.facets or ())
+
+
 def _masses(study: MeshStudy, dim: int) -> Iterator[Attachment]:
     for number, each in enumerate(study.mass, start=1):
         key = f"mass[{number}]"

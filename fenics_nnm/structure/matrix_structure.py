@@ -13,9 +13,11 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.reduction.attached import AttachedPoints
+from fenics_nnm.reduction.driven import DrivenBasis, driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
+from fenics_nnm.reduction.matrix_modes import MatrixSolver
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.matrix_files import read_matrix
@@ -41,11 +43,27 @@ class MatrixStructure:
         """As `Structure.linear`."""
         return on_root(comm, self._analysed, stages, at_most)
 
+    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
+        """As `Structure.driven`."""
+        return on_root(comm, self._driven, stages)
+
+    def _driven(self, stages: Stages) -> DrivenBasis:
+        matrices = self._matrices(stages)
+        springs, excited = _cubic_springs(self.study, matrices), _excited(self.study, matrices)
+        with stages.stage("modes"):
+            solver = MatrixSolver(matrices)
+            modes = solver.modes(mode_count(self.study, None, matrices.massive))
+        with stages.stage("attachments"):
+            return driven_basis(modes, springs, excited, matrices.gap, solver.operators())
+
+    def _matrices(self, stages: Stages) -> Matrices:
+        with stages.stage("matrices"):
+            K, M, B = (read_matrix(path, name) for path, name in self.study.matrices.places)
+            return Matrices(K, M, B, self.study.contact.gap)
+
     def _analysed(self, stages: Stages, at_most: int | None) -> MatrixLinear:
         study, chosen = self.study, self.study.reduction
-        with stages.stage("matrices"):
-            K, M, B = (read_matrix(path, name) for path, name in study.matrices.places)
-            matrices = Matrices(K, M, B, study.contact.gap)
+        matrices = self._matrices(stages)
         assert chosen.method != "none"  # refused by the study
         modes = mode_count(study, at_most, matrices.massive - matrices.massive_points)
         points = _cubic_springs(study, matrices)
@@ -119,13 +137,28 @@ def _cubic_springs(study: MatrixStudy, matrices: Matrices) -> AttachedPoints:
     Raises:
         ModelError: if there is no such unknown.
     """
-    for number, each in enumerate(study.spring, start=1):
-        if each.unknown > matrices.size:
+    rows = _unit_rows(matrices, "spring", [each.unknown for each in study.spring])
+    return AttachedPoints(rows, np.array([each.cubic for each in study.spring]))
+
+
+def _excited(study: MatrixStudy, matrices: Matrices) -> Array:
+    """Unit forces along those of a study, shape (n, p).
+
+    Raises:
+        ModelError: if there is no such unknown.
+    """
+    rows = _unit_rows(matrices, "excitation", [each.unknown for each in study.excitation])
+    return rows * np.sign([each.force for each in study.excitation])
+
+
+def _unit_rows(matrices: Matrices, section: str, unknowns: list[int]) -> Array:
+    """Unit forces at unknowns, counted from 1, of several sections, shape (n, p)."""
+    rows = np.zeros((matrices.size, len(unknowns)))
+    for number, unknown in enumerate(unknowns, start=1):
+        if unknown > matrices.size:
             raise ModelError(
-                f"spring[{number}].unknown = {each.unknown}: must not be above "
+                f"{section}[{number}].unknown = {unknown}: must not be above "
                 f"{matrices.size}, the number of unknowns of the stiffness"
             )
-    chosen = [each.unknown - 1 for each in study.spring]
-    rows = np.zeros((matrices.size, len(chosen)))
-    rows[chosen, np.arange(len(chosen))] = 1.0
-    return AttachedPoints(rows, np.array([each.cubic for each in study.spring]))
+        rows[unknown - 1, number - 1] = 1.0
+    return rows

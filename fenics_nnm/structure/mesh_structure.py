@@ -13,14 +13,20 @@ from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.contact import ContactInterface, contact_interface
 from fenics_nnm.fem.gathering import gathered_basis
 from fenics_nnm.fem.harmonic import HarmonicSolver
-from fenics_nnm.fem.linear import LinearAnalysis, craig_bampton_reduced, massless_reduced
+from fenics_nnm.fem.linear import (
+    LinearAnalysis,
+    craig_bampton_reduced,
+    driven,
+    massless_reduced,
+)
 from fenics_nnm.fem.modal_solver import ModalSolver, modal_solver
 from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fem.solid import Solid, assemble_solid
+from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.body import body_of
+from fenics_nnm.structure.body import body_of, excitations_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.group_table import group_table
@@ -57,17 +63,35 @@ class MeshStructure:
     def linear(self, comm: MPI.Comm, stages: Stages, *, at_most: int | None = None) -> MeshLinear:
         """As `Structure.linear`: mesh, assemble, find modes and attachment solutions, reduce."""
         study = self.study
+        solid, interface = self._assembled(comm, stages)
+        with stages.stage("factors"):
+            found = _modal_solver(study, solid)
+        with found as solver:
+            return _reduced(study, solid, interface, solver, stages, at_most)
+
+    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
+        """As `Structure.driven`."""
+        study = self.study
+        solid, interface = self._assembled(comm, stages)
+        forces = excitations_of(study, solid.tagged.dim)
+        with stages.stage("factors"):
+            found = _modal_solver(study, solid)
+        with found as solver:
+            with stages.stage("modes"):
+                modes = solver.modes(mode_count(study, None, solver.free))
+            with stages.stage("attachments"):
+                return driven(solid, interface, forces, modes, solver)
+
+    def _assembled(self, comm: MPI.Comm, stages: Stages) -> tuple[Solid, ContactInterface]:
+        """The body with its contact points."""
+        study = self.study
         with stages.stage("mesh"):
             tagged = tagged_mesh(study, comm)
             clamped, clamps = clamped_facets(study, tagged), other_clamps(study, tagged.dim)
             patches = contact_patches(study.contact, tagged)
         with stages.stage("assembly"):
             solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped, clamps)
-            interface = contact_interface(solid, patches)
-        with stages.stage("factors"):
-            found = _modal_solver(study, solid)
-        with found as solver:
-            return _reduced(study, solid, interface, solver, stages, at_most)
+            return solid, contact_interface(solid, patches)
 
 
 @dataclass(frozen=True, slots=True)

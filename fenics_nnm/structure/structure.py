@@ -14,6 +14,7 @@ from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
@@ -57,6 +58,14 @@ class Structure(Protocol):
             ModelError: if matrices cannot be read or are not of a structure, the body or structure
                 is not held, or it cannot be reduced as asked.
             ConvergenceError: if the eigensolver fails or misses a mode.
+        """
+
+    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
+        """What it is reduced to under the forces of its study; to be called on all ranks.
+
+        Raises:
+            MeshError, ModelError, ConvergenceError: as `linear`, or if a force acts where there
+                is nothing to move.
         """
 
 

@@ -15,6 +15,12 @@ from fenics_nnm.geometry import Beam, Blade, Fork, Plate, Rod, Shroud
 from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
 from fenics_nnm.study.body import ClampSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection
+from fenics_nnm.study.driven import (
+    DampingSection,
+    ExcitationSection,
+    MatrixExcitationSection,
+    damping_record,
+)
 from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import material_record
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
@@ -29,11 +35,13 @@ _LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
     "material": material_record,
     "mass": lambda values: MassSection,
     "spring": lambda values: SpringSection,
+    "excitation": lambda values: ExcitationSection,
 }
 
 #: The same with matrices of another code.
 _LISTED_WITH_MATRICES: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
     "spring": lambda values: MatrixSpringSection,
+    "excitation": lambda values: MatrixExcitationSection,
 }
 
 #: Records of the built-in geometries by their name.
@@ -83,6 +91,7 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
     parts = [
         _matrices_record(values, path) or _mesh_record(values, path),
         _contact_record(values, path) if kind is MeshStudy else None,
+        _damping_record(values),
     ]
     try:
         for name, record in filter(None, parts):
@@ -190,6 +199,12 @@ def _listed(
 def _numbered(name: str, number: int, given: Any) -> str:
     """Name of one of several sections, counted from 1."""
     return name if isinstance(given, dict) else f"{name}[{number}]"
+
+
+def _damping_record(values: dict[str, Any]) -> tuple[str, type[DampingSection]] | None:
+    """Record that the section about damping is meant for."""
+    damping = values.get("damping")
+    return ("damping", damping_record(damping)) if isinstance(damping, dict) else None
 
 
 def _contact_record(

@@ -18,6 +18,12 @@ from fenics_nnm.study.contact import (
     PatchesSection,
 )
 from fenics_nnm.study.continuation import ContinuationSection, EnergySection
+from fenics_nnm.study.driven import (
+    DampingSection,
+    ExcitationSection,
+    MatrixExcitationSection,
+    ResponseSection,
+)
 from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
@@ -50,6 +56,8 @@ class _AnyStudy(Record):
     augmented_lagrangian: AugmentedLagrangianSection | None = None
     mode: ModeSection = ModeSection()
     continuation: ContinuationSection = EnergySection()
+    damping: DampingSection | None = None
+    response: ResponseSection | None = None
     output: OutputSection = OutputSection()
 
     @property
@@ -201,6 +209,12 @@ class _SprungStudy(_AnyStudy):
         """Whether there are springs with a cubic stiffness."""
         return False
 
+    @property
+    def driven_sections(self) -> tuple[str, ...]:
+        """Sections that `fenics-nnm response` alone reads, of those that the study has."""
+        names = ("damping", "excitation", "response")
+        return tuple(name for name in names if getattr(self, name, None))
+
     @model_validator(mode="after")
     def _cubic_springs_are_resolved(self) -> _SprungStudy:
         if not self.cubic:
@@ -228,6 +242,7 @@ class MeshStudy(_SprungStudy):
     material: Materials
     mass: tuple[MassSection, ...] = ()
     spring: tuple[SpringSection, ...] = ()
+    excitation: tuple[ExcitationSection, ...] = ()
     clamp: Clamps = ()
     contact: ContactSection | PatchesSection
     reduction: ReductionSection = MasslessSection()
@@ -279,6 +294,7 @@ class MatrixStudy(_SprungStudy):
 
     matrices: MatrixArchive | MatrixFiles
     spring: tuple[MatrixSpringSection, ...] = ()
+    excitation: tuple[MatrixExcitationSection, ...] = ()
     contact: MatrixContactSection
     reduction: MatrixReductionSection = MatrixMasslessSection()
     output: MatrixOutputSection = MatrixOutputSection()

@@ -92,6 +92,18 @@ def test_exact_motion_of_the_rod_keeps_its_energy_and_its_obstacle() -> None:
     assert exact_rod.period_at(gamma / exact_rod.GRAZING_GAMMA) == pytest.approx(period, rel=1e-2)
 
 
+def test_driven(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two masses under a force, whose demo compares with the closed form."""
+    results = run_demo(monkeypatch, "driven")
+    with (results / "response.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["monitor"] == "contact 1"]
+    largest = max(rows, key=lambda row: float(row["amplitude_m"]))
+    assert len(rows) == 221
+    assert float(largest["frequency_Hz"]) == pytest.approx(7.1)
+    assert float(largest["amplitude_m"]) == pytest.approx(0.16157, rel=1e-4)
+    assert_pictures(results, "response")
+
+
 def test_rod(monkeypatch: pytest.MonkeyPatch) -> None:
     results = run_demo(monkeypatch, "rod")
     import exact_rod

@@ -37,6 +37,7 @@ ROOMS = (
     "continuation",
     "time_domain",
     "backbone",
+    "response",
     "geometry",
     "materials",
     "casing",
@@ -56,7 +57,15 @@ ROOMS = (
     "__main__",
 )
 
-NUMERICAL = ("mechanics", "reduction", "nonlinear", "continuation", "time_domain", "backbone")
+NUMERICAL = (
+    "mechanics",
+    "reduction",
+    "nonlinear",
+    "continuation",
+    "time_domain",
+    "backbone",
+    "response",
+)
 
 #: Rooms whose messages name no key of the study.
 WITHOUT_KEYS = (*NUMERICAL, "materials", "casing", "fem")

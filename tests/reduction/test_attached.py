@@ -73,3 +73,15 @@ def test_point_without_mass_is_refused() -> None:
     squared, shapes = eigh(K[:2, :2])
     with pytest.raises(ModelError, match="moves no mass"):
         enriched(np.sqrt(squared), np.vstack([shapes, [[0, 0]]]), np.eye(3)[:, [2]], operators)
+
+
+def test_two_points_at_one_place_add_one_shape() -> None:
+    """A spring and an excitation at one unknown, of opposite sign, and one between two others."""
+    K, M, operators = chain()
+    squared, shapes = eigh(K, M)
+    one, other = np.eye(N)[:, [11]], np.eye(N)[:, [20]]
+    rows = np.hstack([one, -2 * one, other, one + 3 * other])
+    found = enriched(np.sqrt(squared[:4]), shapes[:, :4], rows, operators)
+    assert len(found.omega) == 6
+    static = found.shapes @ ((found.shapes.T @ rows) / found.omega[:, None] ** 2)
+    np.testing.assert_allclose(static, np.linalg.solve(K, rows), atol=1e-9)

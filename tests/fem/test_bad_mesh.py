@@ -18,7 +18,7 @@ FILE = {"=": {"file": "mesh.msh", "length_unit": "m"}}
 BAD = [
     ("missing", PLATE, ["mesh.file = ", "there is no such file"]),
     ("folder", PLATE, ["mesh.file = ", "is not a file"]),
-    ("empty", PLATE, ["mesh.file = ", "gmsh cannot read it"]),
+    ("empty", PLATE, ["mesh.file = ", "holds no mesh: is empty"]),
     ("garbage", PLATE, ["mesh.file = ", "gmsh cannot read it"]),
     ("truncated", PLATE, ["mesh.file = ", "gmsh cannot read it"]),
     (

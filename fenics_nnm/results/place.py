@@ -33,12 +33,20 @@ def assert_replaceable(folder: Path, inputs: Iterable[Path]) -> None:
                 f"output folder {folder}: holds {path.name}, which the study is read from: must be "
                 "a folder of its own, such as results/NAME"
             )
-    there = [name for name in RESULTS if (folder / name).exists()]
+    there = [name for name in RESULTS if _exists(folder / name)]
     if there and not (_is_branch(folder / "branch.h5") or _is_summary(folder / "summary.json")):
         raise StudyError(
             f"output folder {folder}: has {', '.join(there)} that no run of this program has "
             "written: must be another folder, or these be moved away"
         )
+
+
+def _exists(path: Path) -> bool:
+    """Whether there is a file; a name that no file can have is refused where it is made."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
 
 
 def _is_branch(path: Path) -> bool:

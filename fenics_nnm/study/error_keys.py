@@ -88,7 +88,7 @@ def _message(error: BaseException) -> str:
         return "out of memory: use a coarser mesh or fewer reduction.modes"
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
-    if isinstance(error, ArithmeticError):
+    if isinstance(error, OverflowError | FloatingPointError):
         return (
             f"a number becomes too large or too small to compute with ({error}): check lengths, "
             "units and material (--verbose shows where)"

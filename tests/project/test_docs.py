@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import ast
 import re
 import subprocess
 import tomllib
@@ -162,3 +163,11 @@ def test_targets_of_make_are_those_that_the_pages_name() -> None:
     }
     assert named
     assert not named - targets
+
+
+def test_every_test_file_is_listed_with_what_it_tests() -> None:
+    listed = (ROOT / "tests/README.md").read_text("utf-8")
+    for path in [*ROOT.glob("tests/*/test_*.py"), *ROOT.glob("tests/*.py")]:
+        first = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").splitlines()[0]
+        name = path.relative_to(ROOT / "tests").as_posix()
+        assert f"| [{path.name}]({name}) | {first} |" in listed, path

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.mechanics.rest import RestState
+from fenics_nnm.reduction.clusters import groups
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import Study
 
@@ -35,10 +37,20 @@ def describe(prepared: Prepared) -> str:
     for number, hertz in enumerate(prepared.linear_frequencies):
         reach = np.abs(rest.motion[:, number]).max()
         lines.append(f"{number + 1:5d}   {hertz:14.6g}   {reach:10.4g}")
+    lines += _of_equal_frequency(linear.modes.omega)
     below = linear.modes.checked_below
     if below:
         lines += ["", f"no mode missed below {below / 2 / np.pi:.6g} Hz"]
     return "\n".join([*lines, *_resonances(prepared), *_driven(study)])
+
+
+def _of_equal_frequency(omega: Array) -> list[str]:
+    """Which modes have one frequency, and how their shapes are chosen."""
+    return [
+        f"modes {group[0] + 1} to {group[-1] + 1} have one frequency: of all their shapes mode "
+        f"{group[0] + 1} moves the contact points most"
+        for group in groups(omega)
+    ]
 
 
 def _driven(study: Study) -> list[str]:

@@ -8,6 +8,8 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.reduction.clusters import groups, unique_basis
+from fenics_nnm.reduction.operators import Product
 
 #: Squared frequencies nearer than this part of each other are one group.
 _APART = 1e-6
@@ -33,6 +35,16 @@ class LinearModes:
     def frequencies(self) -> Array:
         """Frequencies in Hz, shape (J,)."""
         return self.omega / (2 * np.pi)
+
+    def unique(self, contact: Product) -> LinearModes:
+        """The same with the unique basis of modes of equal frequency, see `reduction.clusters`.
+
+        Args:
+            contact: From displacements to those of the contact points.
+        """
+        if not any(True for _ in groups(self.omega)):
+            return self
+        return replace(self, shapes=self.shapes @ unique_basis(self.omega, contact(self.shapes)))
 
     def first(self, count: int) -> LinearModes:
         """The lowest modes alone."""

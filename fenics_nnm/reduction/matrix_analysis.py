@@ -62,7 +62,7 @@ def matrix_analysis(
     stages = stages or Stages()
     with stages.stage("modes"):
         solver = MatrixSolver(matrices)
-        free = solver.modes(modes)
+        free = solver.modes(modes).unique(matrices.contact_displacement)
     with stages.stage("attachments"):
         attachments = solver.attachments()
         operators = solver.operators()

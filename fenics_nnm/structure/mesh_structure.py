@@ -189,7 +189,7 @@ def _reduced(
     forces = _interface_forces(study, solid, interface)
     count = mode_count(study, at_most, solver.free - forces.shape[1])
     with stages.stage("modes"):
-        modes = solver.modes(count)
+        modes = solver.modes(count).unique(interface.displacement)
     with stages.stage("attachments"):
         if study.reduction.method != "craig-bampton":
             reduction = massless_reduced(solid, interface, modes, solver)

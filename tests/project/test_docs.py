@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import ast
 import re
 import subprocess
 import tomllib
@@ -100,11 +101,16 @@ def keys_of(study: type[MeshStudy] | type[MatrixStudy]) -> Iterator[tuple[str, s
             yield section, key
 
 
-def told(section: str) -> set[str]:
+#: Pages that belong to a section of the reference.
+PARTS = {"mesh": ["docs/mesh_files.md", "docs/blade.md"]}
+
+
+def words_of(section: str) -> set[str]:
     """Words in code, or in first columns of tables, of a section of the reference."""
     reference = (ROOT / "docs/study_file.md").read_text("utf-8")
     parts = re.split(r"^## (?=\[)", reference, flags=re.MULTILINE)
     (part,) = (p for p in parts if re.match(rf".*\[{section}\]", p.partition("\n")[0]))
+    part = "\n".join([part, *((ROOT / p).read_text("utf-8") for p in PARTS.get(section, []))])
     code = [*re.findall(r"```toml\n(.*?)```", part, re.DOTALL), *re.findall(r"`([^`\n]+)`", part)]
     cells = re.findall(r"^\| ([^|]+) \|", part, re.MULTILINE)
     return set(re.findall(r"\w+", " ".join([*code, *cells])))
@@ -114,7 +120,7 @@ def test_every_key_of_a_study_is_in_the_reference() -> None:
     keys = {*keys_of(MeshStudy), *keys_of(MatrixStudy)}
     assert ("continuation", "largest_step") in keys
     assert ("contact", "half_angle_deg") in keys
-    words = {section: told(section) for section, _ in keys}
+    words = {section: words_of(section) for section, _ in keys}
     assert not {(section, key) for section, key in keys if key not in words[section]}
 
 
@@ -142,7 +148,7 @@ def test_commands_and_options_are_in_the_guide() -> None:
     assert "--verbose" in guide
 
 
-def test_fields_and_columns_are_told() -> None:
+def test_fields_and_columns_are_words_of() -> None:
     results = (ROOT / "docs/results.md").read_text("utf-8")
     study_file = (ROOT / "docs/study_file.md").read_text("utf-8")
     columns = set(re.findall(r"\w+", " ".join(re.findall(r"^\| ([\w, ]+) \|", results, re.M))))
@@ -162,3 +168,11 @@ def test_targets_of_make_are_those_that_the_pages_name() -> None:
     }
     assert named
     assert not named - targets
+
+
+def test_every_test_file_is_listed_with_what_it_tests() -> None:
+    listed = (ROOT / "tests/README.md").read_text("utf-8")
+    for path in [*ROOT.glob("tests/*/test_*.py"), *ROOT.glob("tests/*.py")]:
+        first = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").splitlines()[0]
+        name = path.relative_to(ROOT / "tests").as_posix()
+        assert f"| [{path.name}]({name}) | {first} |" in listed, path

@@ -63,8 +63,9 @@ class ArcStarts:
 
     def is_linear_at(self, gamma_ratio: float) -> bool:
         """Whether the branch is linear at an energy."""
-        rest = self.cascade.levels[-1].equations.rest
-        return gamma_ratio < 1 and rest.is_linear(self.cascade.mode)
+        equations = self.cascade.levels[-1].equations
+        linear = equations.rest.is_linear(self.cascade.mode) and not equations.mechanics.forces
+        return gamma_ratio < 1 and linear
 
     def linear(self, gamma_ratio: float, *, harmonic: int) -> ArcStart:
         """The linear mode, written in a harmonic, towards larger motions."""

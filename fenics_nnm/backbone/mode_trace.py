@@ -12,7 +12,7 @@ from fenics_nnm.nonlinear.conditions import FREQUENCY, GAMMA
 from fenics_nnm.nonlinear.solution import Solution
 
 GAMMA_UP, GAMMA_DOWN = Rising(GAMMA), Rising(GAMMA, falls=True)
-OMEGA_UP, OMEGA_DOWN = Rising(FREQUENCY), Rising(FREQUENCY, falls=True)
+OMEGA_UP = Rising(FREQUENCY)
 
 #: What may happen to a branch of nonlinear modes.
 FOLD_IN_GAMMA, FOLD_IN_OMEGA = fold(GAMMA), fold(FREQUENCY)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,6 +12,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.backbone.resonance import Meeting, meetings
+from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.newton import Newton
 
@@ -55,6 +57,7 @@ def outlook(
     balance: HarmonicBalance,
     *,
     mode: int,
+    forces: Sequence[Force] = (),
 ) -> Outlook:
     """Look ahead at a branch before it is followed.
 
@@ -63,16 +66,19 @@ def outlook(
         wanted: Which motions are wanted.
         balance: Series in time, and how contact is found.
         mode: Index of the linear mode that the branch starts at, from 0.
+        forces: Forces besides contact that the motion determines, in SI units.
 
     Raises:
         ModelError: if the mode never touches.
     """
-    scaled, _ = model.dimensionless(mode)
-    cascade = Cascade(levels(scaled, balance, mode=mode), mode, wanted.newton)
+    scaled, scales = model.dimensionless(mode)
+    own = [force.scaled(scales.amplitude, scales.energy) for force in forces]
+    cascade = Cascade(levels(scaled, balance, mode=mode, forces=own), mode, wanted.newton)
     rest = scaled.at_rest()
     first = cascade.coarse(1.0)
     ratios = [1.0]
-    frequencies = [1.0 if rest.is_linear(mode) or first is None else first.omega]
+    linear = rest.is_linear(mode) and not forces
+    frequencies = [1.0 if linear or first is None else first.omega]
     last = wanted.largest_ratio
     while ratios[-1] < last and wanted.lies_ahead(frequencies[-1]):
         following = min(_FACTOR * ratios[-1], last)

@@ -58,7 +58,10 @@ class HarmonicSolver(HeldTogether):
         )
         self._mass_static = product(solid.mass, analysis.reduction.residual_shapes)
         self._allowed = ACCURACY * float(analysis.model.static_flexibility.max())
-        self._known = analysis.reduction.truncation.residual_flexibility(harmonics)
+        truncation = analysis.reduction.truncation
+        if truncation is None:
+            raise TypeError("full order has no shapes besides modes and attachment solutions")
+        self._known = truncation.residual_flexibility(harmonics)
         self._matrix = solid.stiffness.copy()
         self._ksp = PETSc.KSP().create(solid.stiffness.comm)
         self._ksp.setOptionsPrefix("nnm_harmonic_")

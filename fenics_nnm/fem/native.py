@@ -152,7 +152,7 @@ def _started(folder: Path) -> subprocess.Popen[bytes]:
 def _waited(process: subprocess.Popen[bytes], folder: Path, job: Job, seconds: float) -> int:
     """Exit code of the process; its steps are logged on the way."""
     end = time.monotonic() + seconds
-    told = 0
+    read = 0
     try:
         while process.poll() is None:
             if time.monotonic() > end:
@@ -160,10 +160,10 @@ def _waited(process: subprocess.Popen[bytes], folder: Path, job: Job, seconds: f
                     f"took more than {seconds:g} s{_last_step(folder)}: {job.advice}"
                 )
             time.sleep(_PAUSE)
-            told = _log(folder, told)
+            read = _log(folder, read)
     finally:
         _end(process)
-        _log(folder, told)
+        _log(folder, read)
     return process.returncode
 
 
@@ -176,27 +176,27 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     process.wait()
 
 
-def _log(folder: Path, told: int) -> int:
-    """Log what the process wrote after `told` bytes; how many bytes there are now."""
+def _log(folder: Path, read: int) -> int:
+    """Log what the process wrote after `read` bytes; how many bytes there are now."""
     if not logger.isEnabledFor(logging.INFO):
-        return told
+        return read
     with (folder / LOG).open("rb") as file:
-        file.seek(told)
+        file.seek(read)
         text = file.read()
     whole = text.rpartition(b"\n")[0]
     for line in whole.decode(errors="replace").splitlines():
         if line.strip():
             logger.info("gmsh: %s", line.strip())
-    return told + len(whole) + (1 if whole else 0)
+    return read + len(whole) + (1 if whole else 0)
 
 
 def _problem(folder: Path) -> NonlinearModeError:
     """The error that the job has raised."""
-    told = json.loads((folder / PROBLEM).read_text())
-    kind = getattr(errors, told["kind"])
+    problem = json.loads((folder / PROBLEM).read_text())
+    kind = getattr(errors, problem["kind"])
     assert issubclass(kind, NonlinearModeError)
-    error = kind(told["message"])
-    error.code = Code(told["code"]) if told["code"] else None
+    error = kind(problem["message"])
+    error.code = Code(problem["code"]) if problem["code"] else None
     return error
 
 

@@ -12,7 +12,7 @@ from fenics_nnm.mechanics.fourier import Series
 
 @dataclass(frozen=True, slots=True)
 class Excitation:
-    """A modal force Re(amplitude exp(i n omega t)) with n the number of its harmonic.
+    """A modal force cosine cos(n omega t) + sine sin(n omega t), n the number of its harmonic.
 
     Attributes:
         harmonic: Number n of the harmonic, at least 0.

@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.fourier import Series
 
 
@@ -49,10 +50,6 @@ class SampledMotion:
 
 class Force(Protocol):
     """A force that the motion of the coordinates determines."""
-
-    @property
-    def conservative(self) -> bool:
-        """Whether it has a potential."""
 
     def harmonics(self, motion: SampledMotion) -> Array:
         """Its harmonics, on the left-hand side of the equations of motion, shape (c, J)."""
@@ -100,13 +97,18 @@ class CubicSprings:
     shapes: Array
     cubic: Array
 
-    @property
-    def conservative(self) -> bool:
-        """It has the potential k3 x^4 / 4."""
-        return True
-
     def harmonics(self, motion: SampledMotion) -> Array:
-        """Harmonics of psi^T k3 x^3, shape (c, J)."""
+        """Harmonics of psi^T k3 x^3, shape (c, J).
+
+        Raises:
+            ModelError: if the samples are too few for them to be exact.
+        """
+        series = motion.series
+        if series.samples <= 4 * series.harmonics:
+            raise ModelError(
+                f"samples = {series.samples} with harmonics = {series.harmonics}: must be above 4 "
+                "harmonics with cubic springs, whose force has three times as many"
+            )
         force = self.cubic * self._moved(motion) ** 3
         return np.asarray(motion.series.analysis @ force @ self.shapes)
 

@@ -180,7 +180,13 @@ class RatedPart:
         return not self.rate.any()
 
     def at(self, series: Series, omega: float, drift: float = 0.0) -> RatedOperator:
-        """The operator at a frequency and a drift."""
+        """The operator at a frequency and a drift.
+
+        Raises:
+            ValueError: if the series has cosines alone: terms of the velocity make sines.
+        """
+        if not self.reversible and not series.free_phase:
+            raise ValueError("terms of the velocity need a general series, with sines")
         return RatedOperator.of(self, series, omega, drift)
 
 

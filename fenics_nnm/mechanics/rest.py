@@ -45,7 +45,7 @@ class RestState:
         touching: Points with neither force nor clearance, shape (n_c,).
         omega: Circular frequencies with the closed points held, ascending, shape (J,).
         shapes: Modes with these frequencies as orthonormal columns, shape (J, J).
-        margin: Margins at rest as in `reduction.closed`, zero for touching points, shape (n_c,).
+        margin: Margins at rest as in `mechanics.closed`, zero for touching points, shape (n_c,).
         gradient: Margins per unit of each mode, shape (n_c, J).
         pull: Change of the contact forces per unit of each mode, shape (n_c, J).
         motion: Free displacement Phi of the contact points per unit of each mode, shape (n_c, J).

@@ -60,7 +60,7 @@ class Energies:
         return self.virial - self.other_virial + self.touch
 
     def virial_error(self, omega: float) -> float:
-        """Relative error of omega^2 m^ = k^ + virial, which every exact solution obeys."""
+        """Relative error of omega^2 m^ = k^ + virial, which every exact free motion obeys."""
         return abs(omega**2 * self.mass - self.stiffness - self.virial) / self.stiffness
 
 

@@ -141,6 +141,8 @@ class FullOrderEquations:
 
     def __post_init__(self) -> None:
         reduced, flexibility = self.reduced, self.flexibility
+        if reduced.mechanics.forces or reduced.mechanics.excitations:
+            raise ValueError("full order knows no forces besides contact")
         static = reduced.static_flexibility + np.diagonal(flexibility.value[0])
         derived = {
             "mechanics": reduced.mechanics,

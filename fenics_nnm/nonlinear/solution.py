@@ -25,7 +25,7 @@ class Solution:
         energies: Energies.
         residual: Relative residual.
         iterations: Newton steps taken.
-        failure: Empty where converged, else why not and which parameter would help.
+        failure: Empty where converged, else why not.
     """
 
     at: Unknowns

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.reduction.clusters import groups
 from fenics_nnm.structure.prepared import Prepared
@@ -82,8 +81,8 @@ def _first_event(rest: RestState, mode: int) -> tuple[str, str]:
 
 def _resonances(prepared: Prepared) -> list[str]:
     """Where harmonics of the branch meet linear modes: internal resonances to expect."""
-    model, mode = prepared.linear.model, prepared.mode
-    ahead = outlook(model, prepared.wanted, prepared.balance, mode=mode)
+    mode = prepared.mode
+    ahead = prepared.outlook()
     hertz = prepared.linear_frequencies[mode]
     if not ahead.meetings:
         return ["", "no harmonic meets a mode on the way: no internal resonance expected"]

@@ -99,11 +99,14 @@ def massless_reduction(
             "points and takes their flexibility: must act beside them, or use fewer modes",
             code=Code.TOO_MANY_MODES,
         ) from error
+    # what the added shapes, which are no modes, leave out is not known
+    known = len(omega) == modes.free
+    truncation = massless_truncation(residual_shapes, operators) if known else None
     return Reduction(
         model=model,
         shapes=shapes,
         residual_shapes=residual_shapes,
-        truncation=massless_truncation(residual_shapes, operators),
+        truncation=truncation,
         forces=points.forces(attached),
         attached=attached,
     )

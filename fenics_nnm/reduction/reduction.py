@@ -26,7 +26,7 @@ class Reduction:
             point that moves most moves towards its obstacle; n degrees of freedom, of this rank.
         residual_shapes: Displacement per unit contact force that these do not bring, m/N,
             shape (n, n_c); zero where the contact points carry mass.
-        truncation: What the model leaves out, for an error estimate.
+        truncation: What the model leaves out, for an error estimate; None where it is not known.
         forces: Forces besides contact that the motion determines.
         attached: Displacement of further points with forces per modal coordinate, shape (p, J).
     """
@@ -34,7 +34,7 @@ class Reduction:
     model: ReducedModel
     shapes: Array
     residual_shapes: Array
-    truncation: Truncation
+    truncation: Truncation | None
     forces: tuple[Force, ...] = ()
     attached: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
@@ -52,6 +52,8 @@ class Reduction:
         Raises:
             TypeError: if the contact points carry mass: fewer modes span another basis then.
         """
+        if self.forces or self.truncation is None:
+            raise TypeError("shapes that were added for points with forces are no modes")
         omega, Phi = self.model.omega[count:], self.model.Phi[:, count:]
         return replace(
             self,

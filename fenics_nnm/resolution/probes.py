@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from fenics_nnm.backbone.follow import EnergyContinuation, ReducedOrder, follow
-from fenics_nnm.backbone.outlook import outlook
+from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.nonlinear.series_error import SeriesError
 from fenics_nnm.structure.prepared import Prepared
@@ -30,8 +28,7 @@ def probes(prepared: Prepared, *, count: int = _ENERGIES) -> tuple[float, ...]:
         count: Number of probes.
     """
     wanted, model = prepared.wanted, prepared.linear.model
-    ahead = partial(outlook, model, wanted, prepared.balance, mode=prepared.mode)
-    start, stop = wanted.span(ahead)
+    start, stop = wanted.span(prepared.outlook)
     if np.isnan(start) or np.isnan(stop):
         return ()
     linear = model.at_rest().is_linear(prepared.mode)
@@ -80,6 +77,6 @@ def solved(prepared: Prepared, ratios: Sequence[float]) -> tuple[BranchPoint, ..
         energies,
         prepared.balance,
         mode=prepared.mode,
-        order=ReducedOrder(prepared.linear.reduction.truncation),
+        order=prepared.reduced_order,
     )
     return tuple(point for point in branch.points if point.gamma_ratio in ratios)

@@ -66,7 +66,7 @@ class ResponsePoint:
     @property
     def found(self) -> bool:
         """Whether there are amplitudes."""
-        return not self.reason
+        return self.status in (Status.EXACT, Status.CONVERGED)
 
     @property
     def amplitude(self) -> Array:

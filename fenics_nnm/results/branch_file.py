@@ -50,7 +50,7 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import NonlinearModeError, OutputError
 from fenics_nnm.fem.blocks import Blocks, Data
 from fenics_nnm.files.bounds import check_hdf5
-from fenics_nnm.mechanics.contact_points import MASSIVE, MASSLESS
+from fenics_nnm.mechanics.contact_points import MASSIVE, MASSLESS, ContactPoints
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.results import journal
@@ -290,6 +290,7 @@ def _image(header: BranchHeader, arrays: Mapping[str, Array]) -> bytes:
         file.attrs["versions"] = json.dumps(header.versions)
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
+        file["model"].attrs["massless"] = header.model.massless
         if header.model.reference is not None:
             file["model"].attrs["reference"] = header.model.reference
         series = file.create_group("series")
@@ -329,9 +330,15 @@ def _header(file: h5py.File) -> BranchHeader:
             R=np.array(model["R"]),
             gap=np.array(model["gap"]),
             reference=float(model.attrs["reference"]) if "reference" in model.attrs else None,
-            contact=MASSLESS if np.any(model["R"]) else MASSIVE,
+            contact=_contact_points(model),
         ),
     )
+
+
+def _contact_points(model: h5py.Group) -> ContactPoints:
+    """Kind of the contact points; files of earlier versions have R = 0 for points with mass."""
+    massless = model.attrs["massless"] if "massless" in model.attrs else np.any(model["R"])
+    return MASSLESS if massless else MASSIVE
 
 
 def _point(group: h5py.Group) -> BranchPoint:

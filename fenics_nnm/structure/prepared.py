@@ -19,6 +19,7 @@ from fenics_nnm.backbone.follow import (
 )
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.order import contact_model
+from fenics_nnm.backbone.outlook import Outlook, outlook
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.flexibility import FlexibilitySource
@@ -62,6 +63,17 @@ class Prepared:
             return np.asarray(rest.omega / (2 * np.pi))
         return np.asarray(self.linear.modes.frequencies)
 
+    @property
+    def reduced_order(self) -> ReducedOrder:
+        """Equations of the reduced model, with all forces that it has."""
+        reduction = self.linear.reduction
+        return ReducedOrder(reduction.truncation, reduction.forces)
+
+    def outlook(self) -> Outlook:
+        """A look ahead at the branch."""
+        forces = self.linear.reduction.forces
+        return outlook(self.linear.model, self.wanted, self.balance, mode=self.mode, forces=forces)
+
     def beginning_at(self, begin: Begin) -> Prepared:
         """The same from a motion of an earlier run on; of a branch followed by its length."""
         return replace(self, wanted=wanted_motions(self.study, begin))
@@ -87,15 +99,13 @@ class Prepared:
         progress = Progress(
             known, on_point, lambda position: stages.report((position - wanted.start) / span)
         )
-        reduction = self.linear.reduction
-        reduced = ReducedOrder(reduction.truncation, reduction.forces)
         with stages.stage("backbone"):
             branch = follow(
                 self.linear.model,
                 wanted,
                 self.balance,
                 mode=self.mode,
-                order=FullOrder(flexibility) if flexibility else reduced,
+                order=FullOrder(flexibility) if flexibility else self.reduced_order,
                 shooting=self.study.continuation.shooting,
                 progress=progress,
             )

@@ -21,6 +21,7 @@ from fenics_nnm.study.inputs import input_digests
 
 #: Sections of a study that say nothing about the structure.
 _OF_MOTIONS = {"title", "mode", "augmented_lagrangian", "continuation", "output"}
+_OF_MOTIONS |= {"damping", "excitation", "response"}
 
 
 @dataclass(slots=True)

@@ -166,11 +166,6 @@ class _Branch(Record):
         """A motion of an earlier run to begin at, None for the linear mode."""
         return None
 
-    @property
-    def by_arc(self) -> bool:
-        """Whether the branch is followed by its length."""
-        return self.stepping == "arc-length"
-
     def advice(self, samples: int) -> str:
         """Keys of the study that may help where motions are missing.
 

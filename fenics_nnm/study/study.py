@@ -220,11 +220,18 @@ class _SprungStudy(_AnyStudy):
         if not self.cubic:
             return self
         harmonics, samples = self.mode.harmonics, self.mode.samples
-        if self.carries_mass or self.full_order or self.reduction.modes == "auto":
+        if self.carries_mass or self.full_order:
+            raise ValueError('spring.cubic: needs reduction.method = "massless"')
+        if self.automatic:
             raise ValueError(
-                'spring.cubic: needs reduction.method = "massless" with a number of reduction.modes'
+                f'{self.automatic[0]} = "auto": does not go with spring.cubic: must be a number'
             )
-        if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
+        if self.continuation.stepping == "frequency":
+            raise ValueError(
+                'continuation.parameter = "frequency": does not go with spring.cubic, which makes '
+                'the mode nonlinear before it touches: must be "energy" or "arc-length"'
+            )
+        if int(samples) <= 4 * int(harmonics):
             raise ValueError(
                 f"mode.samples = {samples}: must be above 4 mode.harmonics = "
                 f"{4 * int(harmonics)} with cubic springs, whose force has three times as many "

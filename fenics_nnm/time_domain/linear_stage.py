@@ -34,7 +34,7 @@ class LinearStage:
 
         q'' = -K_A (q - rest),      rest = K_A^-1 Phi_A^T R_AA^-1 gap_A.
 
-    The stage lasts while all margins are positive, see `reduction.closed`.
+    The stage lasts while all margins are positive, see `mechanics.closed`.
 
     Attributes:
         nu: Circular frequencies in rad/s, shape (J,).

@@ -11,7 +11,7 @@ first state follows from the variational equations, stepped with the motion.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -47,7 +47,7 @@ class Stepped:
     def __post_init__(self) -> None:
         model = self.mechanics.model
         if not model.massless:
-            raise ModelError("the motion in time needs contact points without mass: R is singular")
+            raise ModelError("the motion in time needs contact points without mass")
         if self.mechanics.rest.pressed:
             raise ModelError("the motion in time by steps needs positive gaps")
         object.__setattr__(self, "model", model)
@@ -71,7 +71,7 @@ class Stepped:
             return walk.trajectory(walk.first(q, velocity), "the state to start from is not finite")
         end, failure = walk.run(walk.first(q, velocity), span)
         found = walk.trajectory(end, failure)
-        return found if along is not None else _without_transition(found)
+        return found if along is not None else replace(found, transition=None)
 
     def acceleration(self, q: Array) -> Array:
         """Acceleration at rest, shape (J,)."""
@@ -202,20 +202,6 @@ class _Walk:
         if at.any():
             modes, states = self.flow.model.modes, solver.dense_output()(self.times[at]).T
             self.q_at[at], self.velocity_at[at] = states[:, :modes], states[:, modes : 2 * modes]
-
-
-def _without_transition(found: Trajectory) -> Trajectory:
-    return Trajectory(
-        found.q,
-        found.velocity,
-        found.changes,
-        found.contact_time,
-        found.q_at,
-        found.velocity_at,
-        found.speed_integral,
-        None,
-        found.failure,
-    )
 
 
 def integrator_of(mechanics: Mechanics) -> Integrator | None:

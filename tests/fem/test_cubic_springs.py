@@ -77,7 +77,12 @@ def test_run_of_a_beam_is_verified(tmp_path: Path, study_file: StudyFile, comman
         ({"spring": [{"facets": "bottom"}]}, "must have one of the two, or cubic"),
         ({"mode": {"harmonics": 8, "samples": 32}}, "must be above 4 mode.harmonics = 32"),
         ({"reduction": {"method": "craig-bampton", "modes": 3}}, "needs reduction.method"),
-        ({"reduction": {"modes": "auto"}}, "with a number of reduction.modes"),
+        ({"reduction": {"modes": "auto"}}, "does not go with spring.cubic: must be a number"),
+        ({"mode": {"harmonics": "auto", "samples": 64}}, "does not go with spring.cubic"),
+        (
+            {"continuation": {"parameter": "frequency", "frequencies": {"from": 1.01, "to": 1.1}}},
+            'must be "energy" or "arc-length"',
+        ),
         ({"contact": {**PLATE["contact"], "gap": -1e-4}}, "must be positive with springs"),
         (
             {"spring": [{"at": [1.0, 0.0], "cubic": [0.0, 1.0]}], "contact": PLATE["contact"]},

@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show, stages_of
+from fenics_nnm.commands.shared import (
+    DONE,
+    INCOMPLETE,
+    Commands,
+    add_verbose,
+    console_of,
+    show,
+    stages_of,
+)
 from fenics_nnm.errors import StudyError
 from fenics_nnm.study.output import LEAST_FRAMES
 from fenics_nnm.study.selection import DEFAULT_FIELDS, FIELDS, FieldName
@@ -17,6 +26,9 @@ if TYPE_CHECKING:
 
 #: Fields that have to be asked for.
 _LEFT_OUT = [name for name in FIELDS if name not in DEFAULT_FIELDS]
+
+#: A point whose gamma ratio differs by more, relative to the one asked for, is another motion.
+_TOLERANCE = 0.05
 
 
 def add_to(commands: Commands) -> None:
@@ -77,7 +89,10 @@ def _export(arguments: argparse.Namespace) -> int:
     for point in found:
         show(console, _line(point))
     show(console, f"files in {folder}")
-    return DONE
+    far = _far(arguments.gamma, [point.gamma_ratio for point in found])
+    for ratio, nearest in far:
+        show(console, f"--gamma {ratio:g}: no such point, the nearest has gamma ratio {nearest:g}")
+    return INCOMPLETE if far else DONE
 
 
 def _fields(names: str) -> tuple[FieldName, ...]:
@@ -86,6 +101,12 @@ def _fields(names: str) -> tuple[FieldName, ...]:
         if name not in FIELDS:
             raise StudyError(f"--fields {names}: {name!r} must be one of {', '.join(FIELDS)}")
     return tuple(name for name in FIELDS if name in wanted)
+
+
+def _far(wanted: Sequence[float], found: Sequence[float]) -> list[tuple[float, float]]:
+    """Gamma ratios of which no point is near, each with that of the nearest point."""
+    pairs = [(ratio, min(found, key=lambda have: abs(have - ratio))) for ratio in wanted]
+    return [(a, b) for a, b in pairs if abs(b - a) > _TOLERANCE * abs(a)]
 
 
 def _line(point: BranchPoint) -> str:

@@ -155,6 +155,9 @@ def test_export_gives_the_files_of_the_run(
         Path("linear_modes.vtu")
     }
     assert all((run / name).read_bytes() == (again / name).read_bytes() for name in names)
+    far = command("export", "out", "--gamma", "1.0", "5", "--output", "far")
+    assert far.code == 1
+    assert far.out.splitlines()[-1] == ("--gamma 5: no such point, the nearest has gamma ratio 1.1")
 
 
 def test_export_of_chosen_fields_and_frames(

@@ -10,6 +10,7 @@ import re
 import shutil
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree import ElementTree
@@ -19,6 +20,7 @@ import pytest
 from conftest import PLATE, ROD, Ended, changed, toml
 from web_page import Element, read_page
 
+from fenics_nnm.backbone.point import FAILED, Verdict
 from fenics_nnm.cli import main
 from fenics_nnm.output.gallery import Picture
 from fenics_nnm.output.html_report.words import aligned, length, plain, sentences, signed
@@ -178,9 +180,20 @@ def test_whole_table_is_in_the_page_and_beside_it(
     assert linked.samefile(plate / "backbone.csv")
 
 
+def test_failed_points_make_no_headline(plate: Path) -> None:
+    results = read_results(plate)
+    first, *_, last = results.points
+    failed = (replace(last, verdict=Verdict(FAILED, "comes back elsewhere")),)
+    told = " ".join(sentences(replace(results, points=(first, *failed))))
+    assert f"at {first.gamma_ratio:.4g}" in told and f"{first.motion.frequency:.6g} Hz" in told
+    assert f"{last.motion.frequency:.6g} Hz" not in told and "1 failed" in told
+    assert "All points failed" in " ".join(sentences(replace(results, points=failed)))
+
+
 def test_words_have_the_numbers_of_the_summary(plate: Path, page: Element) -> None:
     summary, told = json.loads((plate / "summary.json").read_text()), section(page, "overview").text
-    highest = max(float(row["frequency_Hz"]) for row in records(plate))
+    believed = [row for row in records(plate) if row["status"] != "failed"]
+    highest = max(float(row["frequency_Hz"]) for row in believed)
     assert f"{summary['dofs']} degrees of freedom" in told
     assert f"{summary['contact_points']} contact points" in told and "a gap of 1 mm" in told
     assert f"{highest:.6g} Hz" in told

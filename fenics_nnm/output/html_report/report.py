@@ -16,6 +16,7 @@ from fenics_nnm.output.html_report.elements import Html, bullets, element, facts
 from fenics_nnm.output.html_report.figures import Gallery
 from fenics_nnm.output.html_report.page import Section, page
 from fenics_nnm.output.html_report.words import (
+    believable,
     hardening,
     sentences,
     signed,
@@ -87,14 +88,14 @@ def _page(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
 def _overview(results: Results) -> Section:
     """What was computed, in figures and in words, and what to beware of."""
     points = results.points
-    highest = max(points, key=lambda point: point.motion.frequency)
+    highest = max(believable(points), key=lambda point: point.motion.frequency, default=None)
     verified = sum(point.status == VERIFIED for point in points)
     content: tuple[Html, ...] = (
         facts(
             [
                 (f"Linear mode {results.header.mode}", f"{results.linear_frequency:.6g} Hz"),
-                ("Highest frequency", f"{highest.motion.frequency:.6g} Hz"),
-                ("Largest hardening", f"{signed(hardening(highest))} %"),
+                ("Highest frequency", f"{highest.motion.frequency:.6g} Hz" if highest else "none"),
+                ("Largest hardening", f"{signed(hardening(highest))} %" if highest else "none"),
                 ("Verified points", f"{verified} of {len(points)}"),
             ]
         ),

@@ -90,6 +90,11 @@ def hardening(point: BranchPoint) -> float:
     return 100 * (point.frequency_ratio - 1)
 
 
+def believable(points: Sequence[BranchPoint]) -> list[BranchPoint]:
+    """Points whose frequency may be named alone: all but the failed ones."""
+    return [point for point in points if point.status != FAILED]
+
+
 def signed(percent: float) -> str:
     """A change in %, with its sign; round-off is no change."""
     if abs(percent) < 5e-7:
@@ -172,6 +177,9 @@ def _counted(number: int, what: str) -> str:
 
 
 def _outcome(points: Sequence[BranchPoint]) -> str:
+    points = believable(points)
+    if not points:
+        return "All points failed: there is no frequency to be trusted."
     first, last = points[0], points[-1]
     highest = max(points, key=lambda point: point.motion.frequency)
     sentence = (

@@ -20,10 +20,16 @@ from fenics_nnm.study.error_keys import one_line
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+#: To PETSc a closed pipe is a crash of the program; it is none.
+_NO_HANDLER = "-no_signal_handler"
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     os.environ["PYTHONSAFEPATH"] = "1"  # of all processes that are started from here
+    options = os.environ.get("PETSC_OPTIONS", "")
+    if _NO_HANDLER not in options:
+        os.environ["PETSC_OPTIONS"] = f"{options} {_NO_HANDLER}".strip()
     arguments = _parser().parse_args(argv)
     sys.argv = [each.encode("utf-8", "replace").decode() for each in sys.argv]  # dolfinx reads them
     from mpi4py import MPI

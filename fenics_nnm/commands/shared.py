@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
@@ -25,6 +26,15 @@ Commands = Any
 
 #: Exit codes: all that was asked for, stopped early or something missing, bad input.
 DONE, INCOMPLETE, BAD_INPUT = 0, 1, 2
+
+
+class LastingConsole(Console):
+    """A console whose reader may go away, as `head` does: the work goes on without it."""
+
+    def on_broken_pipe(self) -> None:
+        """Print no more."""
+        self.quiet = True
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def add_study(command: argparse.ArgumentParser) -> None:
@@ -78,7 +88,7 @@ def stages_of(console: Console, arguments: argparse.Namespace) -> AbstractContex
 
 def console_of(comm: MPI.Comm) -> Console:
     """Console of rank 0; mpirun's terminals are taken for none, as it makes them for log files."""
-    return Console(quiet=comm.rank > 0, force_terminal=False if comm.size > 1 else None)
+    return LastingConsole(quiet=comm.rank > 0, force_terminal=False if comm.size > 1 else None)
 
 
 def show(console: Console, text: str) -> None:

@@ -14,6 +14,7 @@ from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
     Commands,
+    LastingConsole,
     add_study,
     complain,
     console_of,
@@ -142,7 +143,7 @@ def _run(
     going_on = sum(state is RunState.BEGUN for state in sweep.states.values())
     taken = f", {going_on} of them from points of an earlier run" if going_on else ""
     show(console, f"{total} studies: {total - left} done, {left} to run{taken}")
-    here = Console(force_terminal=False) if comm.size > 1 else console
+    here = LastingConsole(force_terminal=False) if comm.size > 1 else console
     sweep.on_outcome = lambda outcome: show(here, _line(outcome, total))
 
     def stages() -> AbstractContextManager[Stages]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import logging
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import PLATE, Ended
+from conftest import PLATE, ROD, Ended
 from ranks import on_ranks, own_lines
 from rich.console import Console
 
@@ -142,3 +144,18 @@ def test_help_lists_the_commands_in_the_order_of_their_use(
     assert re.findall(r"^    ([a-z]+) ", told, re.MULTILINE) == names
     (example,) = (line for line in told.splitlines() if "&&" in line)
     assert [part.split()[1] for part in example.split("&&")] == ["new", "run", "report"]
+
+
+def test_reader_that_goes_away_ends_nothing(study_file: StudyFile, tmp_path: Path) -> None:
+    """As with `fenics-nnm sweep ... | head -1`."""
+    command = [sys.executable, "-P", "-m", "fenics_nnm", "sweep", str(study_file(ROD))]
+    command += ["--set", "contact.gap=1e-4,2e-4", "--output", str(tmp_path / "out")]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None and process.stderr is not None
+        assert process.stdout.readline() == "2 studies: 0 done, 2 to run\n"
+        process.stdout.close()
+        assert not [line for line in process.stderr if not line.startswith("fenics-nnm: ")]
+    assert process.returncode in (0, 1)
+    assert len(list((tmp_path / "out").rglob("branch.h5"))) == 2

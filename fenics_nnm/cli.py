@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Nonlinear modes of elastic structures in unilateral contact.",
         epilog="example:\n  fenics-nnm new plate && fenics-nnm run plate.toml && "
         "fenics-nnm report results/plate\n\n"
-        "fenics-nnm COMMAND --help tells the options of a command.",
+        "fenics-nnm COMMAND --help lists the options of a command.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"fenics-nnm {__version__}")

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.results.place import assert_replaceable
+from fenics_nnm.results.folder import assert_replaceable
 from fenics_nnm.running.auto_report import message_of, warn_of
 from fenics_nnm.running.claiming import claimed
 from fenics_nnm.running.following import follow

@@ -16,7 +16,7 @@ Listener = Callable[[str, float], None]
 
 @dataclass(slots=True)
 class Stages:
-    """Times the stages of a run and tells a listener.
+    """Times the stages of a run and reports to a listener.
 
     Attributes:
         listener: Called at the beginning, at each report and at the end of a stage.
@@ -42,5 +42,5 @@ class Stages:
         logger.info("%s: %.2f s", name, spent)
 
     def report(self, done: float) -> None:
-        """Tell the listener which part of the present stage is done."""
+        """Report to the listener which part of the present stage is done."""
         self.listener(self._current, done)

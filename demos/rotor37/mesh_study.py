@@ -26,7 +26,7 @@ for size in (6e-3, 3e-3, 1.5e-3):
     change = None if before is None else np.abs(before / frequencies - 1).max()
     assert change is None or change < 0.01
     listed = " | ".join(f"{value:.2f}" for value in frequencies)
-    told = "" if change is None else f"{change:.2%}"
-    print(f"| {size * 1e3:.1f} mm | {analysis.solid.dofs} | {listed} | {told} |")
+    shown = "" if change is None else f"{change:.2%}"
+    print(f"| {size * 1e3:.1f} mm | {analysis.solid.dofs} | {listed} | {shown} |")
     before = frequencies
 print()

@@ -21,7 +21,7 @@ from fenics_nnm.study import read_study
 def add_to(commands: Commands) -> None:
     """Add the command."""
     convergence = commands.add_parser(
-        "convergence", help="vary harmonics, samples and modes, and tell the rates"
+        "convergence", help="vary harmonics, samples and modes, and list the rates"
     )
     convergence.add_argument(
         "--output",

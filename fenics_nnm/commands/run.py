@@ -50,7 +50,7 @@ def add_to(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.results.place import assert_replaceable
+    from fenics_nnm.results.folder import assert_replaceable
     from fenics_nnm.run import run_study
 
     study, text = asked_study(arguments)

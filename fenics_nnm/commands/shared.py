@@ -77,8 +77,8 @@ def _only(text: str) -> Setting:
 
 
 def add_verbose(command: argparse.ArgumentParser) -> None:
-    """The option that tells more on the way."""
-    command.add_argument("-v", "--verbose", action="store_true", help="tell more on the way")
+    """The option that reports more on the way."""
+    command.add_argument("-v", "--verbose", action="store_true", help="report more on the way")
 
 
 def stages_of(console: Console, arguments: argparse.Namespace) -> AbstractContextManager[Stages]:

@@ -163,7 +163,7 @@ def _merge_sewn(path: Path, unit: str) -> None:
 def _merge(path: Path, unit: str) -> None:
     """Merge a file with lengths in a unit.
 
-    OpenCASCADE converts to mm unless told otherwise, and cannot be told before its first STEP file
+    OpenCASCADE converts to mm unless set otherwise, and cannot be set before its first STEP file
     is read: IGES files are read in mm and scaled.
     """
     if path.suffix.lower() not in _IGES:

@@ -28,7 +28,7 @@ _RULE = "Gauss6"
 #: Number of places that are named.
 _NAMED = 3
 
-Place = tuple[float, ...]
+Coordinates = tuple[float, ...]
 
 
 def mend(path: Path, dim: int, folder: Path) -> None:
@@ -97,7 +97,7 @@ def straighten(path: Path, dim: int, problem: str) -> None:
     )
 
 
-def _named(places: set[Place]) -> str:
+def _named(places: set[Coordinates]) -> str:
     """The first of some places."""
     first = sorted(places)[:_NAMED]
     more = " ..." if len(places) > _NAMED else ""
@@ -119,10 +119,10 @@ def _integral(kind: int) -> float:
     return float(determinants.reshape(-1, len(weights)).sum(axis=0) @ weights)
 
 
-def _straightened(dim: int, lowest: int) -> set[Place]:
+def _straightened(dim: int, lowest: int) -> set[Coordinates]:
     """Straighten bad elements by nodes on entities of a dimension or more; their centres."""
     moved: set[int] = set()
-    places: set[Place] = set()
+    places: set[Coordinates] = set()
     while True:
         before = len(moved)
         for kind, tags, nodes in _elements(dim):

@@ -168,7 +168,7 @@ def conducted(
             except Exception:
                 if not all_arrive(apart):
                     raise
-                # rank 0 meets it too, and tells
+                # rank 0 meets it too, and reports
     outcome = on_root(comm, lead)
     apart.Free()
     return outcome

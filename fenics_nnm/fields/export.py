@@ -63,7 +63,7 @@ def export(
 
 
 def _begun(file: Path, folder: Path, ratios: Sequence[float]) -> list[BranchPoint]:
-    """Make the folder, and tell the points that are wanted."""
+    """Make the folder, and list the points that are wanted."""
     branch = read_stored_branch(file)
     points = _nearest(file, branch, ratios)
     if _is_full_order(branch):

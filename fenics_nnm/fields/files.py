@@ -137,7 +137,7 @@ def _file_tasks(files: MotionFiles, motions: Sequence[Motion]) -> list[Task]:
 def _done_of(
     tasks: Sequence[Task], on_progress: Callable[[float], None], begin: float, end: float
 ) -> Iterator[None]:
-    """Do tasks, and tell which part of the whole is done."""
+    """Do tasks, and report which part of the whole is done."""
     for number, task in enumerate(tasks):
         task()
         on_progress(begin + (end - begin) * (number + 1) / len(tasks))

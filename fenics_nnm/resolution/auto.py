@@ -83,7 +83,7 @@ class Choice:
         return dict(self.finer.limits) if self.finer else {}
 
     def achieved(self, points: Sequence[BranchPoint]) -> Accuracy | None:
-        """Expected errors of a branch; those of the probes where its points do not tell them.
+        """Expected errors of a branch; those of the probes where its points do not give them.
 
         None where contact points carry mass and the numbers were taken over from another run.
         """
@@ -150,7 +150,7 @@ def improved(
         return None
     finer = chosen.finer or Finer(chosen.asked)
     if chosen.study.carries_mass:
-        return None  # points with mass do not tell their errors
+        return None  # points with mass do not give their errors
     worst = accuracy(points, finer.free)
     if worst.only(finer.free).meets(chosen.study.tolerance):
         return None

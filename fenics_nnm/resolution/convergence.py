@@ -44,7 +44,7 @@ class Row:
         number: N, m or J.
         gamma_ratio: Gamma ratio.
         frequency: Frequency in Hz; nan where no motion was found.
-        expected: Relative error of the frequency that the motion itself tells, from this source.
+        expected: Relative error of the frequency that the motion itself gives, from this source.
         true: Relative difference of the frequency to that of the largest number.
         status: What may be believed of the motion.
     """

@@ -1,4 +1,4 @@
-"""What the folder of a study tells: whether it is done, and its backbone."""
+"""What the folder of a study holds: whether it is done, and its backbone."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _state_of_ended(case: Case, stored: str, summary: Mapping[str, Any]) -> RunS
 
 
 def outcome_of(case: Case, state: RunState, failure: str = "") -> Outcome:
-    """What the folder of a study tells.
+    """What the folder of a study holds.
 
     Args:
         case: Study.

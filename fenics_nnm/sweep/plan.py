@@ -60,7 +60,7 @@ class Plan:
         folder: Folder that has one folder of each, and the table.
         keys: Keys that are set, in the order of the command line.
         cases: The studies.
-        ratios: Gamma ratios that the table tells the frequency at, ascending.
+        ratios: Gamma ratios that the table gives the frequency at, ascending.
     """
 
     file: Path

@@ -96,13 +96,13 @@ class Sweep:
 
         for ran in run_on_ranks(groups, run, comm):
             if ran.number not in self.outcomes:
-                self._note(ran, tell=False)
+                self._note(ran, report=False)
 
     def look(self) -> None:
         """Look again at the folders of studies that were not reported."""
         for case in self.plan.cases:
             if case.number not in self.outcomes:
-                self._note(Ran(case.number), tell=False)
+                self._note(Ran(case.number), report=False)
 
     def write_table(self) -> None:
         """Write sweep.csv.
@@ -117,10 +117,10 @@ class Sweep:
         except OSError as error:
             raise OutputError(f"{self.plan.folder}: cannot be written: {error}") from error
 
-    def _note(self, ran: Ran, *, tell: bool = True) -> None:
+    def _note(self, ran: Ran, *, report: bool = True) -> None:
         case = self.plan.cases[ran.number - 1]
         self.outcomes[ran.number] = outcome = _outcome(case, ran.failure)
-        if tell and self.on_outcome:
+        if report and self.on_outcome:
             self.on_outcome(outcome)
 
 

@@ -58,7 +58,7 @@ def run_on_processes(
         states: How far each study is, by its number.
         jobs: Number of processes.
         on_ran: Called with each study that was run.
-        verbose: Whether the processes tell their stages and where errors come from.
+        verbose: Whether the processes report their stages and where errors come from.
     """
     counters = LocalCounters([0] * len(groups))
     with _few_threads(jobs):

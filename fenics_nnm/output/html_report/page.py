@@ -65,7 +65,7 @@ def page(
         kicker: A line above the title.
         generator: Name and version of the program.
         footer: The last line.
-        sections: Its sections; a last one tells why those without content are not there.
+        sections: Its sections; a last one says why those without content are not there.
     """
     shown = [section for section in sections if section.content]
     absent = [f"{s.title}: {s.absent}" for s in sections if not s.content]

@@ -35,7 +35,7 @@ def write_report(folder: Path, file: Path) -> None:
         file: File to write.
 
     Raises:
-        OutputError: if there is no branch to tell of, or the file cannot be written.
+        OutputError: if there is no branch to report, or the file cannot be written.
     """
     results = read_results(folder)
     with TemporaryDirectory() as scratch:

@@ -7,7 +7,7 @@ integration in time says.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fenics_nnm.arrays import Complex
@@ -216,3 +216,8 @@ class BranchPoint:
     def resonance(self) -> str:
         """Internal resonance that the motion is inside, or nothing."""
         return (self.verdict or NOT_JUDGED).resonance
+
+
+def believable(points: Sequence[BranchPoint]) -> tuple[BranchPoint, ...]:
+    """Points that may be shown and named alone: all but the failed ones."""
+    return tuple(point for point in points if point.status != FAILED)

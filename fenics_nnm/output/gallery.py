@@ -97,7 +97,7 @@ def body_plans(results: Results) -> list[Plan]:
     body = results.body
     if body is None:
         return []
-    view = view_of(body, results.tip)
+    view = view_of(body, results.shown[-1], results.tip)
     return [
         plan_mesh(body, view),
         plan_energies(results, body, view),

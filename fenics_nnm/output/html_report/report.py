@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 from fenics_nnm import __version__
-from fenics_nnm.backbone.point import VERIFIED
+from fenics_nnm.backbone.point import VERIFIED, believable
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.gallery import make_pictures
 from fenics_nnm.output.html_report import contact, curve, origin, trust
@@ -16,7 +16,6 @@ from fenics_nnm.output.html_report.elements import Html, bullets, element, facts
 from fenics_nnm.output.html_report.figures import Gallery
 from fenics_nnm.output.html_report.page import Section, page
 from fenics_nnm.output.html_report.words import (
-    believable,
     hardening,
     sentences,
     signed,

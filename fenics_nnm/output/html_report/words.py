@@ -15,6 +15,7 @@ from fenics_nnm.backbone.point import (
     STATUSES,
     VERIFIED,
     BranchPoint,
+    believable,
 )
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.time_domain.stability import STABLE
@@ -88,11 +89,6 @@ def aligned(values: Sequence[float], digits: int) -> list[str]:
 def hardening(point: BranchPoint) -> float:
     """How far the frequency is above that of the linear mode, in %."""
     return 100 * (point.frequency_ratio - 1)
-
-
-def believable(points: Sequence[BranchPoint]) -> list[BranchPoint]:
-    """Points whose frequency may be named alone: all but the failed ones."""
-    return [point for point in points if point.status != FAILED]
 
 
 def signed(percent: float) -> str:

@@ -107,10 +107,10 @@ def factor_for(skin: Skin, displacements: Sequence[Array]) -> float:
     return max(1.0, round_below(_ENLARGED * size_of(skin.places) / largest))
 
 
-def view_of(body: StoredBranch, tip: int) -> View:
+def view_of(body: StoredBranch, point: BranchPoint, tip: int) -> View:
     """The view that a body is drawn from: of its contact surface and of its motion."""
     skin = skin_of(body)
-    field = displacement_of(body, body.points[-1], _largest_at(body, body.points[-1], tip))
+    field = displacement_of(body, point, _largest_at(body, point, tip))
     return best_view(skin, body.contact_directions, field[skin.source])
 
 

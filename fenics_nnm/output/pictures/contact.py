@@ -206,13 +206,13 @@ def _duration(results: Results) -> Plot:
         axes.plot(results.ratios, values, color=colour, marker=marker, ms=size, lw=1, label=name)
     axes.set_ylim(bottom=0)
     legend_below(figure, axes, columns=3)
-    milliseconds = (
-        1e3 * results.points[-1].motion.contact_fraction / results.points[-1].motion.frequency
-    )
+    last = results.shown[-1]
+    milliseconds = 1e3 * last.motion.contact_fraction / last.motion.frequency
     caption = (
         "Share of the period with contact (%) over the gamma ratio, counted at the "
-        f"{results.header.samples} samples of a period. At the last point it is "
-        f"{anywhere[-1]:.3g} %, or {milliseconds:.3g} ms."
+        f"{results.header.samples} samples of a period. At a gamma ratio of "
+        f"{last.gamma_ratio:.4g} it is {100 * last.motion.contact_fraction:.3g} %, or "
+        f"{milliseconds:.3g} ms."
     )
     return Plot("contact_duration", "Duration of contact", caption, "contact", figure)
 

@@ -42,7 +42,7 @@ def motion_plots(results: Results) -> list[Plot]:
 
 def _phase_of_contact(results: Results) -> Plot:
     """Displacement and velocity of the contact point that is pushed most."""
-    point = int(np.argmax(results.points[-1].motion.force.max(axis=0)))
+    point = int(np.argmax(results.shown[-1].motion.force.max(axis=0)))
     chosen = results.chosen
     displacements = [results.contact_displacement(each, _ORBIT)[:, point] for each in chosen]
     velocities = [results.contact_velocity(each, _ORBIT)[:, point] for each in chosen]
@@ -61,7 +61,7 @@ def _phase_of_tip(results: Results, body: StoredBranch) -> Plot:
     """Displacement and velocity of the node that moves most, along its largest component."""
     tip = results.tip
     node, chosen = np.array([tip]), results.chosen
-    last = body.displacement(results.points[-1], _ORBIT, node)[:, 0]
+    last = body.displacement(results.shown[-1], _ORBIT, node)[:, 0]
     axis = int(np.argmax(np.ptp(last, axis=0)))
     displacements = [body.displacement(each, _ORBIT, node)[:, 0, axis] for each in chosen]
     velocities = [body.velocity(each, _ORBIT, node)[:, 0, axis] for each in chosen]

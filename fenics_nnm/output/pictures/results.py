@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point import BranchPoint, believable
 from fenics_nnm.errors import OutputError
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
@@ -38,7 +38,7 @@ class Results:
         summary: Contents of summary.json; empty for a run that was stopped.
         body: The branch on its mesh; None for matrices.
         areas: Tributary areas of the contact points in m^2, shape (n_c,); None for matrices.
-        tip: The node that moves most at the last point; 0 for matrices.
+        tip: The node that moves most at the last point shown; 0 for matrices.
     """
 
     header: BranchHeader
@@ -71,16 +71,21 @@ class Results:
         return np.array([point.gamma_ratio for point in self.points])
 
     @property
+    def shown(self) -> tuple[BranchPoint, ...]:
+        """Points whose motions are shown: not those that failed, unless all did."""
+        return believable(self.points) or self.points
+
+    @property
     def touching(self) -> tuple[BranchPoint, ...]:
-        """Points with contact."""
-        return tuple(point for point in self.points if point.motion.force.max(initial=0.0) > 0)
+        """Points shown that have contact."""
+        return tuple(point for point in self.shown if point.motion.force.max(initial=0.0) > 0)
 
     @property
     def chosen(self) -> tuple[BranchPoint, ...]:
         """Points that pictures of motions show: those reported, or else the branch's ends."""
         continuation = self.header.values.get("continuation", {})
         wanted = continuation.get("report_at", [])
-        return _spread(_first_of_each(self.points, wanted) or self.touching or self.points)
+        return _spread(_first_of_each(self.shown, wanted) or self.touching or self.shown)
 
     @property
     def chosen_touching(self) -> tuple[BranchPoint, ...]:
@@ -140,7 +145,8 @@ def read_results(folder: Path) -> Results:
         meshed = "mesh" in file
         areas = np.array(file["contact/areas"]) if "contact/areas" in file else None
     body = read_stored_branch(path) if meshed else None
-    tip = int(np.argmax(body.largest_displacement(points[-1]))) if body else 0
+    last = (believable(points) or points)[-1]
+    tip = int(np.argmax(body.largest_displacement(last))) if body else 0
     return Results(header, points, _summary(folder / "summary.json"), body, areas, tip)
 
 

@@ -30,18 +30,19 @@ def measured(size: float) -> dict[str, float]:
     from mpi4py import MPI
 
     from fenics_nnm.fem import mesh
+    from fenics_nnm.geometry import Geometry
     from fenics_nnm.stages import Stages
     from fenics_nnm.structure.analysis import linear_analysis
     from fenics_nnm.study import read_study
 
-    comm, spent, generate = MPI.COMM_WORLD, [0.0], mesh.extracted
+    comm, spent, generate = MPI.COMM_WORLD, [0.0], mesh.built_in
 
-    def noted(name: str) -> mesh.RawMesh:
-        raw = generate(name)
+    def noted(geometry: Geometry) -> mesh.RawMesh:
+        raw = generate(geometry)
         spent[0] = time.perf_counter() - start
         return raw
 
-    mesh.extracted = noted
+    mesh.built_in = noted
     study = read_study(STUDY)
     section = study.mesh.model_copy(update={"element_size": size})
     stages = Stages()

@@ -82,7 +82,7 @@ def worst_automatic_error(tolerance: float) -> float:
     worst = max(
         points, key=lambda p: abs(p.motion.frequency / exact_frequency(p.motion.energy) - 1)
     )
-    error = abs(worst.frequency / exact_frequency(worst.energy) - 1)
+    error = abs(worst.motion.frequency / exact_frequency(worst.motion.energy) - 1)
     print(f"| {tolerance:.0e} | {result.message} | {error:.1e} | {worst.gamma_ratio:g} |")
     return error
 

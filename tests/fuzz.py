@@ -24,6 +24,8 @@ from typing import Any
 
 from conftest import BEAM, PLATE, ROD, toml
 
+from fenics_nnm.processes import environment_of_child
+
 #: Seconds and GiB of addresses that one input may take; the libraries take some before it comes.
 SECONDS, GIBIBYTES = 60.0, 6.0
 
@@ -205,6 +207,7 @@ class Server:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
+            env=environment_of_child(),
         )
 
     def ended(self, folder: Path, arguments: tuple[str, ...]) -> int | None:

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 from fenics_nnm.backbone.branch import Branch
+from fenics_nnm.backbone.point import FAILED
 from fenics_nnm.resolution.accuracy import SOURCES, Accuracy
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.resolution.finer import needed
@@ -30,7 +31,7 @@ def summary_of(chosen: Choice, branch: Branch) -> dict[str, Any]:
     return {
         "auto": {
             **entry,
-            "met": found.meets(chosen.study.tolerance),
+            "met": found.meets(chosen.study.tolerance) and not _failed(branch),
             "harmonics_error": found.harmonics,
             "samples_error": found.samples,
             "reduction_error": found.modes,
@@ -49,7 +50,23 @@ def message_of(chosen: Choice, branch: Branch) -> str:
     return (
         f"{chosen.study.resolution}: expected error of the frequency {found.total:.1e} {_at(found)}"
         f" (tolerance {chosen.study.tolerance:g})"
+        + (f", but {_failed(branch)} points failed the check in time" if _failed(branch) else "")
     )
+
+
+def advice_of(chosen: Choice) -> str:
+    """What to do about points that failed, where these numbers did not suffice."""
+    automatic, found = chosen.asked.automatic, chosen.study.resolution
+    numbers = [name for name in ("harmonics", "samples") if name in automatic]
+    if not numbers:
+        return "raise mode.harmonics and mode.samples"
+    larger = " and ".join(f"mode.{name} above {getattr(found, name)}" for name in numbers)
+    return f'give {larger} in place of "auto", whose estimates do not hold here'
+
+
+def _failed(branch: Branch) -> int:
+    """Number of points that integration in time contradicts: their expected errors mean nothing."""
+    return sum(point.status == FAILED for point in branch.points)
 
 
 def warn_of(chosen: Choice, branch: Branch) -> None:

@@ -13,16 +13,22 @@ from fenics_nnm.backbone.point_numbers import return_error
 logger = logging.getLogger(__name__)
 
 
-def warn_of_points(branch: Branch) -> None:
-    """Say which points are not to be trusted as they are."""
+def warn_of_points(branch: Branch, advice: str = "raise mode.harmonics and mode.samples") -> None:
+    """Say which points are not to be trusted as they are.
+
+    Args:
+        branch: Branch.
+        advice: What to do about points that failed.
+    """
     total = len(branch.points)
     by_status = {status: [p for p in branch.points if p.status == status] for status in STATUSES}
     if failed := by_status[FAILED]:
         logger.warning(
-            "%d of %d points failed the check in time: %s; raise mode.harmonics and mode.samples",
+            "%d of %d points failed the check in time: %s; %s",
             len(failed),
             total,
             _first_reason(failed),
+            advice,
         )
     if resonant := by_status[RESONANT]:
         logger.warning(

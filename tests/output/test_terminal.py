@@ -35,6 +35,7 @@ from fenics_nnm.backbone.point import (
 from fenics_nnm.backbone.verdict import WITH_MASS
 from fenics_nnm.commands.run import result_table
 from fenics_nnm.mechanics.motion import Motion
+from fenics_nnm.processes import environment_of_child
 from fenics_nnm.run import RunResult
 from fenics_nnm.running.trust import warn_of_points
 from fenics_nnm.study import read_study
@@ -151,7 +152,11 @@ def test_reader_that_goes_away_ends_nothing(study_file: StudyFile, tmp_path: Pat
     command = [sys.executable, "-P", "-m", "fenics_nnm", "sweep", str(study_file(ROD))]
     command += ["--set", "contact.gap=1e-4,2e-4", "--output", str(tmp_path / "out")]
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command,
+        env=environment_of_child(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     ) as process:
         assert process.stdout is not None and process.stderr is not None
         assert process.stdout.readline() == "2 studies: 0 done, 2 to run\n"

@@ -16,7 +16,7 @@ import pytest
 from conftest import PLATE, ROD, Ended, changed, toml
 from mpi4py import MPI
 
-from fenics_nnm.backbone.point import ExpectedErrors
+from fenics_nnm.backbone.point import FAILED, ExpectedErrors, Verdict
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.nonlinear.reduction_error import ReductionError
@@ -191,6 +191,19 @@ def test_what_cannot_be_met_is_told(tmp_path: Path, caplog: pytest.LogCaptureFix
     assert not result.summary["auto"]["met"]
     assert "mode.tolerance = 1e-05 is not met: the expected error" in caplog.text
     assert "from harmonics = 3 (as given); it would take about" in caplog.text
+
+
+def test_points_that_fail_are_no_met_tolerance(
+    tmp_path: Path, monkeypatch: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Expected errors mean nothing where integration in time contradicts the motion."""
+    fail = Verdict(FAILED, "the motion misses its start")
+    monkeypatch.setattr("fenics_nnm.backbone.verdict._verdict", lambda *each, **named: fail)
+    result = run_study(bilinear_study(tmp_path, 1e-3), "", tmp_path / "out", comm=MPI.COMM_SELF)
+    count, harmonics = len(result.branch.points), result.summary["harmonics"]
+    assert result.summary["auto"]["met"] is False
+    assert result.message.endswith(f"but {count} points failed the check in time")
+    assert f"give mode.harmonics above {harmonics} and mode.samples above" in caplog.text
 
 
 def test_search_stops_at_its_limits() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.errors import ConvergenceError
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
+from fenics_nnm.processes import environment_of_child
 
 PREFIX = "test_factorisation_"
 
@@ -129,7 +129,7 @@ def test_options_of_the_user_win() -> None:
     given = "-nnm_eps_ncv 13 -nnm_st_mat_mumps_icntl_7 0 -nnm_inertia_mat_mumps_icntl_7 0"
     ended = subprocess.run(
         [sys.executable, "-c", SETTINGS],
-        env={**os.environ, "PETSC_OPTIONS": f"{given} -nnm_eps_view -options_left"},
+        env=environment_of_child(PETSC_OPTIONS=f"{given} -nnm_eps_view -options_left"),
         cwd=Path(__file__).parents[1],
         capture_output=True,
         text=True,

@@ -157,7 +157,7 @@ def _study(text: str) -> Study:
 def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     """Keys and values that the points, or their positions along the branch, depend on."""
     for section, values in study.model_dump(by_alias=True).items():
-        if section not in _FREE and values is not None:
+        if section not in _FREE and values not in (None, [], ()):
             yield from leaves(section, values)
     yield from study.continuation.position_keys()
 

@@ -12,7 +12,8 @@ from mpi4py import MPI
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.boundary import boundary
 from fenics_nnm.fem.cell_shapes import shape_of
-from fenics_nnm.fem.mesh import TaggedMesh, read_mesh
+from fenics_nnm.fem.mesh import TaggedMesh, read_mesh, spread_mesh
+from fenics_nnm.fem.mesh_file import ReadMesh
 
 N = (4, 1, 1)
 COMPONENTS = """CMBLOCK,ROOT,NODE,       4  ! users node component definition
@@ -153,10 +154,11 @@ def test_what_changes_the_structure_is_refused(rest: str, words: str, tmp_path: 
 
 
 def test_damaged_archives_are_refused_in_one_line(tmp_path: Path) -> None:
-    text = cdb(COMPONENTS)
+    text, path = cdb(COMPONENTS), tmp_path / "a.cdb"
     for place in range(0, len(text), 97):
         for damaged in (text[:place], f"{text[:place]}x{text[place + 1 :]}"):
+            path.write_text(damaged)
             try:
-                read(tmp_path / "a.cdb", damaged)
+                spread_mesh(lambda: ReadMesh(path)(tmp_path), 1.0, MPI.COMM_SELF)
             except MeshError as error:
                 assert "\n" not in str(error)

@@ -1,4 +1,4 @@
-"""Runs that note each point that they reported, for tests that kill them."""
+"""Runs that fail after some points, or note each that they reported, for tests that kill them."""
 
 from __future__ import annotations
 
@@ -164,3 +164,17 @@ class ForkedRuns:
         self._process.stdin.flush()
         code, seconds = json.loads(self._process.stdout.readline())
         return int(code), float(seconds)
+
+
+def failing_after(monkeypatch: Any, points: int, error: BaseException) -> None:
+    """Make a run fail once a number of points are stored."""
+    original, stored = branch_file.append, 0
+
+    def append(journal: Any, point: Any) -> None:
+        nonlocal stored
+        if stored == points:
+            raise error
+        original(journal, point)
+        stored += 1
+
+    monkeypatch.setattr(branch_file, "append", append)

@@ -7,10 +7,11 @@ import math
 from typing import Any
 
 from fenics_nnm.backbone.branch import Branch
-from fenics_nnm.backbone.point import FAILED
+from fenics_nnm.backbone.point import believable
 from fenics_nnm.resolution.accuracy import SOURCES, Accuracy
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.resolution.finer import needed
+from fenics_nnm.running.trust import RAISE
 
 logger = logging.getLogger(__name__)
 
@@ -47,10 +48,11 @@ def message_of(chosen: Choice, branch: Branch) -> str:
     found = chosen.achieved(branch.points)
     if found is None:
         return f"{chosen.study.resolution}, as the run before found them"
+    failed = _failed(branch)
     return (
         f"{chosen.study.resolution}: expected error of the frequency {found.total:.1e} {_at(found)}"
         f" (tolerance {chosen.study.tolerance:g})"
-        + (f", but {_failed(branch)} points failed the check in time" if _failed(branch) else "")
+        + (f", but {failed} points failed the check in time" if failed else "")
     )
 
 
@@ -59,14 +61,14 @@ def advice_of(chosen: Choice) -> str:
     automatic, found = chosen.asked.automatic, chosen.study.resolution
     numbers = [name for name in ("harmonics", "samples") if name in automatic]
     if not numbers:
-        return "raise mode.harmonics and mode.samples"
+        return RAISE
     larger = " and ".join(f"mode.{name} above {getattr(found, name)}" for name in numbers)
     return f'give {larger} in place of "auto", whose estimates do not hold here'
 
 
 def _failed(branch: Branch) -> int:
     """Number of points that integration in time contradicts: their expected errors mean nothing."""
-    return sum(point.status == FAILED for point in branch.points)
+    return len(branch.points) - len(believable(branch.points))
 
 
 def warn_of(chosen: Choice, branch: Branch) -> None:

@@ -12,8 +12,11 @@ from fenics_nnm.backbone.point_numbers import return_error
 
 logger = logging.getLogger(__name__)
 
+#: What to do about points that failed, where the numbers of a study were given.
+RAISE = "raise mode.harmonics and mode.samples"
 
-def warn_of_points(branch: Branch, advice: str = "raise mode.harmonics and mode.samples") -> None:
+
+def warn_of_points(branch: Branch, advice: str = RAISE) -> None:
     """Say which points are not to be trusted as they are.
 
     Args:

@@ -72,17 +72,7 @@ class Flow:
         along: Array | None = None,
         speeds: bool = False,
     ) -> Trajectory:
-        """Follow the motion from a state for a time.
-
-        Args:
-            q: Modal coordinates, shape (J,).
-            velocity: Their velocities, shape (J,).
-            span: Time in s, not negative.
-            times: Ascending times from 0 to `span` at which the state is wanted.
-            along: Changes of the first state as columns, shape (2 J, c), along which the
-                derivative of the final state is wanted.
-            speeds: Whether the integral of |velocity|^2 is wanted.
-        """
+        """Follow the motion from a state for a time; see `Integrator.run`."""
         wanted = np.empty(0) if times is None else np.asarray(times)
         record = _Record(wanted, self.model.modes, along, speeds=speeds)
         if not np.all(np.isfinite([*q, *velocity, span])):

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 from conftest import Ended, contents
+from killed_runs import failing_after
 
 import fenics_nnm.running.publishing
 from fenics_nnm.fields.linear import write_linear_modes
@@ -45,20 +46,6 @@ def failing_at(monkeypatch: Any, name: str, error: BaseException) -> None:
         raise error
 
     monkeypatch.setattr(f"fenics_nnm.{name}", fail)
-
-
-def failing_after(monkeypatch: Any, points: int, error: BaseException) -> None:
-    """Make a run fail once a number of points are stored."""
-    original, stored = branch_file.append, 0
-
-    def append(journal: Any, point: Any) -> None:
-        nonlocal stored
-        if stored == points:
-            raise error
-        original(journal, point)
-        stored += 1
-
-    monkeypatch.setattr(branch_file, "append", append)
 
 
 def assert_points(folder: Path, count: int) -> None:

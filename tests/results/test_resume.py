@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import PLATE, ROD, Ended, changed, contents, toml
+from killed_runs import failing_after
 from mpi4py import MPI
 
 from fenics_nnm.backbone.follow import EnergyContinuation
@@ -50,24 +51,10 @@ def run(text: str, folder: Path, *, resume: bool = False) -> RunResult:
     return run_study(study, text, folder, resume=resume, comm=MPI.COMM_SELF)
 
 
-def stopping_after(monkeypatch: Any, points: int) -> None:
-    """Make runs stop with Ctrl-C once a number of points are stored."""
-    original, stored = branch_file.append, 0
-
-    def append(journal: Any, point: Any) -> None:
-        nonlocal stored
-        if stored == points:
-            raise KeyboardInterrupt
-        original(journal, point)
-        stored += 1
-
-    monkeypatch.setattr(branch_file, "append", append)
-
-
 def stopped(text: str, folder: Path, points: int) -> None:
     """A run that is stopped once a number of points are stored."""
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        stopping_after(patch, points)
+        failing_after(patch, points, KeyboardInterrupt())
         run(text, folder)
 
 
@@ -260,7 +247,7 @@ def test_resumed_run_keeps_the_points_that_it_began_with(tmp_path: Path) -> None
     before = branch_file.read(tmp_path / "branch.h5")[1]
     wider = toml(changed(ROD, {"continuation": {"energies": {"to": 1.2}}}))
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        stopping_after(patch, 0)
+        failing_after(patch, 0, KeyboardInterrupt())
         run(wider, tmp_path, resume=True)
     (left,) = stopped_runs(tmp_path)
     after = branch_file.read(left.path / "branch.h5")[1]

@@ -73,7 +73,7 @@ class Results:
     @property
     def shown(self) -> tuple[BranchPoint, ...]:
         """Points whose motions are shown: not those that failed, unless all did."""
-        return believable(self.points) or self.points
+        return _shown(self.points)
 
     @property
     def touching(self) -> tuple[BranchPoint, ...]:
@@ -145,8 +145,7 @@ def read_results(folder: Path) -> Results:
         meshed = "mesh" in file
         areas = np.array(file["contact/areas"]) if "contact/areas" in file else None
     body = read_stored_branch(path) if meshed else None
-    last = (believable(points) or points)[-1]
-    tip = int(np.argmax(body.largest_displacement(last))) if body else 0
+    tip = int(np.argmax(body.largest_displacement(_shown(points)[-1]))) if body else 0
     return Results(header, points, _summary(folder / "summary.json"), body, areas, tip)
 
 
@@ -155,6 +154,10 @@ def _summary(path: Path) -> dict[str, Any]:
         return dict(json.loads(path.read_text("utf-8"))) if path.exists() else {}
     except ValueError as error:
         raise OutputError(f"{path}: cannot be read: {error}") from error
+
+
+def _shown(points: tuple[BranchPoint, ...]) -> tuple[BranchPoint, ...]:
+    return believable(points) or points
 
 
 def _first_of_each(

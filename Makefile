@@ -77,13 +77,14 @@ kinds: journeys
 	cp demos/rotor67/results/rotor67/pictures/frequency_gamma.png \
 	    $(PICTURES)/rotor67_frequency_gamma.png
 
+# One thread a process, as the tests take all cores.
 test:
-	$(RUN) python3 -m pytest -q -n auto --dist worksteal tests
+	OMP_NUM_THREADS=1 $(RUN) python3 -m pytest -q -n auto --dist worksteal tests
 	$(MAKE) lint
 
 # With the newest dolfinx that Debian has.
 test-next:
-	environment/run --next python3 -m pytest -q -n auto --dist worksteal tests
+	OMP_NUM_THREADS=1 environment/run --next python3 -m pytest -q -n auto --dist worksteal tests
 
 # Four parts, side by side with "make -j 2 verify". Tables go into docs/verification.md.
 verify: verify-studies verify-random verify-fuzz verify-viewers

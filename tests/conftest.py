@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from mpi4py import MPI
+from read_here import STARTERS, in_this_process
 
 from fenics_nnm.cli import main
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -67,6 +68,14 @@ class Ended:
         missing = [word for word in words if word not in lines[0]]
         assert not missing, (missing, lines[0])
         assert self.out == ""
+
+
+@pytest.fixture(autouse=True)
+def _reads_here(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Meshes are read in the process of a test, unless it is marked `own_process`."""
+    if request.node.get_closest_marker("own_process") is None:
+        for name in STARTERS:
+            monkeypatch.setattr(f"fenics_nnm.{name}.in_own_process", in_this_process)
 
 
 @pytest.fixture

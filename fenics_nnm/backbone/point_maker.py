@@ -27,6 +27,9 @@ from fenics_nnm.nonlinear.unknowns import Unknowns
 #: The penetration is sought on a time grid finer than the samples by this factor.
 _FINER = 8
 
+#: A force that presses a contact point in by less than this part of the smallest gap is round-off.
+_NO_CONTACT = 1e-10
+
 
 @dataclass(frozen=True, slots=True)
 class PointMaker:
@@ -96,16 +99,23 @@ class PointMaker:
         """The motion in physical units."""
         scales, energies = self.scales, solution.energies
         hertz = scales.omega / (2 * np.pi)
-        in_contact = (solution.forces.force > 0).any(axis=1)
+        force = self._forces(solution)
+        in_contact = (force > 0).any(axis=1)
         return Motion(
             q=solution.q * scales.amplitude,
-            force=solution.forces.force * scales.force,
+            force=force * scales.force,
             free=solution.free * scales.length,
             frequency=solution.omega * hertz,
             rayleigh_frequency=float(np.sqrt(energies.rayleigh_quotient)) * hertz,
             energy=energies.total(solution.omega) * scales.energy,
             contact_fraction=float(self.equations.series.weight @ in_contact),
         )
+
+    def _forces(self, solution: Solution) -> Array:
+        """Contact forces at the samples, without those that are round-off."""
+        force = solution.forces.force
+        pressed = force * self.equations.model.static_flexibility
+        return np.where(pressed > _NO_CONTACT, force, 0.0)
 
     def _balance(self, solution: Solution) -> Balance:
         """How well the solution keeps to the equations, and to what they stand for."""

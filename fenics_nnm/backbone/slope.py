@@ -13,6 +13,9 @@ from fenics_nnm.nonlinear.solution import Solution
 #: A branch with a smaller slope d ln omega / d ln gamma is level.
 _LEVEL = 1e-10
 
+#: Below 1 + this gamma ratio a motion grazes: round-off decides whether a sample touches.
+_GRAZES = 1e-8
+
 
 def frequency_slope(equations: HarmonicEquations, solution: Solution) -> float:
     """Slope d ln omega / d ln gamma of the branch; nan at folds.
@@ -38,11 +41,11 @@ def slope_ratio(alone: CoarseBranch, finest: Level, solution: Solution) -> float
         solution: A motion of it.
 
     Returns:
-        nan below grazing, at folds, where the mode alone has no slope, and where forces have none.
+        nan up to grazing, at folds, where the mode alone has no slope, and where forces have none.
     """
     rest, ratio = finest.equations.rest, solution.energies.gamma / GRAZING_GAMMA
     one_way = rest.closed.all() or not rest.pressed  # else it falls and rises
-    coarse = alone.at(ratio) if ratio > 1 and one_way else None
+    coarse = alone.at(ratio) if ratio > 1 + _GRAZES and one_way else None
     if coarse is None or not alone.level.solver.knows_slopes or not finest.solver.knows_slopes:
         return float("nan")
     coarsest = alone.level.equations

@@ -23,6 +23,8 @@ from fenics_nnm.fem.native_errors import FileErrors
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.study.error_keys import one_line
 
+pytestmark = pytest.mark.own_process
+
 #: A block of gmsh's language; what comes before and after it must not do anything.
 BLOCK = 'SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 4, 2, 1};\n'
 

@@ -146,7 +146,7 @@ class PointMaker:
         change = force - rest.force
         open_by = model.gap - series.synthesis @ solution.free + force @ model.R
         modal = np.sum((model.omega * (q - rest.q)) ** 2 + velocity**2, axis=1)
-        twice = modal + np.einsum("sc,cd,sd->s", change, model.R, change)
+        twice = modal + np.sum((change @ model.R) * change, axis=1)
         twice += 2 * np.where(force == 0, open_by, 0.0) @ rest.force
         for each in self.equations.mechanics.forces:
             twice += 2 * np.array([each.potential_at(state) for state in q])

@@ -101,13 +101,11 @@ def _detuning(model: ReducedModel, rest: RestState, mode: int) -> float:
     bilinear oscillator without a gap: its frequency does not depend on energy, and no motion goes
     beyond.
     """
-    alone, _ = model.spanned_by(rest, np.array([mode]))
-    if not alone.massless:
+    ends = model.ends_alone(mode)
+    if not ends:
         return _DETUNING
-    stiffness = float(alone.Phi[:, 0] @ np.linalg.solve(alone.R, alone.Phi[:, 0]))
-    at_rest, opened = float(rest.omega[mode]), float(alone.omega[0])
-    closed = np.sqrt(opened**2 + stiffness)
-    widest = max(abs(2 / (1 + at_rest / other) - 1) for other in (opened, closed))
+    at_rest = float(rest.omega[mode])
+    widest = max(abs(2 / (1 + at_rest / other) - 1) for other in ends)
     return min(_DETUNING, _OF_RANGE * widest)
 
 

@@ -9,24 +9,27 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 
-#: Columns that are dealt with at once where each is a copy.
-_AT_ONCE = 16
+#: Columns that are dealt with at once where each is a copy: in products, and in solutions, which
+#: are the faster the more there are.
+_AT_ONCE, _SOLVED_AT_ONCE = 16, 256
 
 
-def groups(count: int) -> Iterator[slice]:
+def groups(count: int, at_once: int = _AT_ONCE) -> Iterator[slice]:
     """Columns, a few at a time, so that copies of them take little memory."""
-    for first in range(0, count, _AT_ONCE):
-        yield slice(first, min(first + _AT_ONCE, count))
+    for first in range(0, count, at_once):
+        yield slice(first, min(first + at_once, count))
 
 
 def solved(ksp: PETSc.KSP, columns: Array) -> Array:
-    """Solutions for right-hand sides of shape (n_owned, k), all at once."""
-    comm = ksp.comm
-    right, left = _dense(columns, comm), _dense(np.zeros_like(columns), comm)
-    ksp.matSolve(right, left)
-    solution = np.array(left.getDenseArray(readonly=True))
-    right.destroy()
-    left.destroy()
+    """Solutions for right-hand sides of shape (n_owned, k), many at once."""
+    solution = np.empty(columns.shape, order="F")
+    for group in groups(columns.shape[1], _SOLVED_AT_ONCE):
+        right = _dense(columns[:, group], ksp.comm)
+        left = _dense(np.zeros((len(columns), group.stop - group.start), order="F"), ksp.comm)
+        ksp.matSolve(right, left)
+        solution[:, group] = left.getDenseArray(readonly=True)
+        right.destroy()
+        left.destroy()
     return solution
 
 

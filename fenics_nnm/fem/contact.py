@@ -79,10 +79,13 @@ class ContactInterface:
     def unit_forces(self, owned: int) -> Array:
         """B^T: a unit force in the contact direction at each point, shape (n_owned, n_c)."""
         dim = self.points.shape[1]
-        forces = np.zeros((owned, self.count))
-        whole = self.weights.toarray().T
+        forces = np.zeros((owned, self.count), order="F")
+        whole = self.weights.copy()
+        whole.sum_duplicates()
+        entries = whole.tocoo()
         for axis in range(dim):
-            forces[axis::dim] = whole * self.directions[:, axis]
+            along = entries.data * self.directions[entries.row, axis]
+            forces[dim * entries.col + axis, entries.row] = along
         forces[self.held] = 0.0
         return forces
 

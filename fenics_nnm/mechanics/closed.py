@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, eigvalsh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.flexible_points import FlexiblePoints
@@ -56,3 +56,13 @@ class ClosedPoints:
         per_margin[active] = np.diagonal(inverse)
         pull = Phi.T @ force_at_gap
         return cls(gradient, offset, (stiffness + stiffness.T) / 2, pull, per_margin)
+
+
+def highest_frequency(model: FlexiblePoints) -> float:
+    """Highest circular frequency with all points closed in rad/s: no set of them has a higher one.
+
+    Raises:
+        numpy.linalg.LinAlgError: if R is not positive definite.
+    """
+    held = model.Phi.T @ cho_solve(cho_factor(model.R), model.Phi)
+    return float(np.sqrt(eigvalsh(np.diag(model.omega**2) + (held + held.T) / 2)[-1]))

@@ -20,7 +20,7 @@ from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.mechanics.set_flexibility import SetFlexibility
 
 #: Openings count as zero to this part of the size of what they are differences of.
-_ROUND_OFF = 4e-15
+ROUND_OFF = 4e-15
 
 #: A step lowers the energy by at least this part of what its first slope promises.
 _ENOUGH = 1e-4
@@ -162,7 +162,7 @@ class _Search:
         force, opening = self.force[pending], self.opening[pending]
         pushed = np.diagonal(self.flexibility.R).max() * force.sum(axis=1)
         size = np.abs(self.excess[pending]).max(axis=1) + pushed
-        nothing = _ROUND_OFF * (1 + alone) * size[:, None]
+        nothing = ROUND_OFF * (1 + alone) * size[:, None]
         touching, closing = force > 0, opening < -nothing
         wrong = (closing | (touching & (opening > nothing))).any(axis=1)
         if alone:

@@ -12,10 +12,9 @@ from typing import Protocol
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
-from fenics_nnm.mechanics.complementary import complementary
 from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.near_contact import NearContact
 from fenics_nnm.mechanics.nested_factor import compressed
-from fenics_nnm.mechanics.set_flexibility import SetFlexibility
 
 
 class LocalFlexibility(Protocol):
@@ -27,7 +26,7 @@ class LocalFlexibility(Protocol):
     def stiffness(self, sets: Mask, shapes: Array) -> Array:
         """Phi_A^T F_AA^-1 Phi_A for sets A, shape (s_a, n_c), and shapes Phi, shape (n_c, J)."""
 
-    def known_of(self, R: Array) -> SetFlexibility | None:
+    def known_of(self, R: Array) -> NearContact | None:
         """What is known of the flexibility R already, or nothing."""
 
 
@@ -187,6 +186,6 @@ class Complementarity:
             return ContactForces.alone(force)
         guess = None if near is None else near.force[pushed] > 0
         known = near.local.known_of(self.R) if near is not None and near.local else None
-        flexibility = known or SetFlexibility(self.R)
-        force[pushed], flexibility = complementary(flexibility, excess[pushed], guess)
+        flexibility = known or NearContact.at(self.R, excess[pushed])
+        force[pushed], flexibility = flexibility.forces(excess[pushed], guess)
         return ContactForces.of(force, flexibility)

@@ -15,6 +15,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.definite import largest_at_most, surely_above
 from fenics_nnm.mechanics.fourier import Series
 
 #: R with a smaller ratio of eigenvalues than this is singular.
@@ -121,5 +122,7 @@ MASSLESS, MASSIVE = Massless(), Massive()
 
 def _definite(R: Array) -> bool:
     """Whether R is positive definite, apart from round-off."""
+    if surely_above(R, _SINGULAR * largest_at_most(R)):
+        return True
     eigenvalues = np.linalg.eigvalsh(R)
     return bool(eigenvalues[0] > _SINGULAR * eigenvalues[-1])

@@ -9,6 +9,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.contact_points import MASSLESS, ContactPoints
+from fenics_nnm.mechanics.definite import surely_above
 from fenics_nnm.mechanics.rest import RestState, rest_state
 
 #: R may be indefinite by this much, relative to its largest entry, from round-off in the modes.
@@ -48,6 +49,9 @@ class ReducedModel:
     reference: float | None = None
     contact: ContactPoints = MASSLESS
     _rest: list[RestState] = field(init=False, repr=False, compare=False, default_factory=list)
+    _ends: dict[int, tuple[float, ...]] = field(
+        init=False, repr=False, compare=False, default_factory=dict
+    )
 
     def __post_init__(self) -> None:
         for name in ("omega", "Phi", "R", "gap"):
@@ -78,14 +82,19 @@ class ReducedModel:
         scale = max(float(np.abs(self.R).max()), np.finfo(float).tiny)
         if np.abs(self.R - self.R.T).max() > 1e-8 * scale:
             raise ModelError("reduced model: R is not symmetric")
+        self._check_definite(-_INDEFINITE_TOLERANCE * scale)
+        if objection := self.contact.objection(self.R):
+            raise ModelError(f"reduced model: {objection}")
+
+    def _check_definite(self, least: float) -> None:
+        if surely_above(self.R, least):
+            return
         lowest = float(np.linalg.eigvalsh(self.R)[0])
-        if lowest < -_INDEFINITE_TOLERANCE * scale:
+        if lowest < least:
             raise ModelError(
                 f"reduced model: R has the eigenvalue {lowest:.3g} m/N: must not be negative"
                 " (modes and attachment solutions are of different models, or not converged)"
             )
-        if objection := self.contact.objection(self.R):
-            raise ModelError(f"reduced model: {objection}")
 
     @property
     def modes(self) -> int:
@@ -177,6 +186,19 @@ class ReducedModel:
             self._rest.append(rest_state(self))
         return self._rest[0]
 
+    def ends_alone(self, mode: int) -> tuple[float, ...]:
+        """Circular frequencies of a mode alone with all contact points open, and all closed.
+
+        The others follow statically. Nothing where contact points carry mass; computed once.
+
+        Args:
+            mode: Index of a linear mode about the state of rest.
+        """
+        if mode not in self._ends:
+            alone, _ = self.spanned_by(self.at_rest(), np.array([mode]))
+            self._ends[mode] = _ends(alone) if alone.massless else ()
+        return self._ends[mode]
+
     def dimensionless(self, mode: int = 0) -> tuple[ReducedModel, Scales]:
         """The model in units in which mode `mode` at rest has omega = 1, and gamma ratio 1 at 1."""
         rest = self.at_rest()
@@ -193,6 +215,13 @@ class ReducedModel:
             contact=self.contact,
         )
         return model, scales
+
+
+def _ends(alone: ReducedModel) -> tuple[float, float]:
+    """Circular frequencies of a model of one mode with all contact points open, and all closed."""
+    opened = float(alone.omega[0])
+    stiffness = float(alone.Phi[:, 0] @ np.linalg.solve(alone.R, alone.Phi[:, 0]))
+    return opened, float(np.sqrt(opened**2 + stiffness))
 
 
 @dataclass(frozen=True, slots=True)

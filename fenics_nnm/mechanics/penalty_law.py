@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.mechanics.contact_law import ContactForces
-from fenics_nnm.mechanics.set_flexibility import SetFlexibility
+from fenics_nnm.mechanics.near_contact import NearContact
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Springs:
         """Phi_A^T kappa Phi_A for sets A, shape (s_a, n_c), and shapes Phi, shape (n_c, J)."""
         return (shapes.T * np.where(sets, self.kappa, 0.0)[:, None, :]) @ shapes
 
-    def known_of(self, R: Array) -> SetFlexibility | None:
+    def known_of(self, R: Array) -> NearContact | None:
         """Nothing: springs know only themselves."""
         return None
 

@@ -39,10 +39,6 @@ class SetFlexibility:
     R: Array
     factor: NestedFactor | None = None
 
-    def known_of(self, R: Array) -> SetFlexibility | None:
-        """This, if it is of this very array."""
-        return self if R is self.R else None
-
     def suited(self, sets: Mask) -> SetFlexibility:
         """This, with another factor if sets of shape (s, n_c) ask for one."""
         if self.factor is not None and self.factor.order.suits(sets):

@@ -7,6 +7,7 @@ from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, TooManyModesError
+from fenics_nnm.mechanics.definite import factorises, largest_at_most, surely_above
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import towards_obstacle
 from fenics_nnm.reduction.attached import AttachedPoints, enriched
@@ -18,6 +19,9 @@ from fenics_nnm.reduction.truncation import massless_truncation
 #: Forces are displacements over R: below this, round-off in displacements shows in the equations
 #: above the tolerance of 1e-10 that they are solved to.
 _LEAST_PART = 1e-6
+
+#: R with a smaller eigenvalue than this part of the largest one of S is zero to round-off.
+_ZERO = 1e-12
 
 
 def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedModel:
@@ -41,8 +45,16 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
     S = (S + S.T) / 2
     modal = Phi / omega
     R = S - modal @ modal.T
+    _assert_flexible(R, S)
+    return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)
+
+
+def _assert_flexible(R: Array, S: Array) -> None:
+    """Refuse a residual flexibility that is zero to round-off, or all but zero beside S."""
+    if surely_above(R, _ZERO * largest_at_most(S)) and factorises(R - _LEAST_PART * S):
+        return
     lowest = float(np.linalg.eigvalsh(R)[0])
-    if lowest <= 1e-12 * float(np.linalg.eigvalsh(S)[-1]):
+    if lowest <= _ZERO * float(np.linalg.eigvalsh(S)[-1]):
         raise TooManyModesError(
             f"massless reduction: the residual flexibility has the eigenvalue {lowest:.3g} m/N, "
             "which is zero to round-off: use fewer modes or fewer contact points",
@@ -56,7 +68,6 @@ def massless_model(omega: Array, Phi: Array, S: Array, gap: Array) -> ReducedMod
             "use fewer modes",
             code=Code.TOO_MANY_MODES,
         )
-    return ReducedModel(omega=omega, Phi=Phi, R=(R + R.T) / 2, gap=gap)
 
 
 def massless_reduction(
@@ -87,7 +98,7 @@ def massless_reduction(
     Phi = operators.contact(shapes)
     sign = towards_obstacle(Phi)
     shapes, Phi = shapes * sign, Phi * sign
-    residual_shapes = attachments - (shapes / omega**2) @ Phi.T
+    residual_shapes = attachments - (Phi @ (shapes / omega**2).T).T
     attached = operators.inner(points.rows, shapes)
     try:
         model = massless_model(omega, Phi, operators.contact(attachments), gap)

@@ -119,13 +119,12 @@ class MasslessTruncation:
 
     def left_out(self, motion: ReducedMotion) -> LeftOut:
         """The flexibility D moves the contact points by -D lambda_n, and its mass adds to gamma."""
-        order, ell = motion.order.astype(int), motion.ell
-        flexibility = self.residual_flexibility(order.max(initial=0))
-        D, slope, _ = (part[order] for part in flexibility.at(motion.omega))
-        inertia = motion.gamma_weight * ell * np.einsum("ncd,nd->nc", slope, ell)
+        ell, squared = motion.ell, (motion.order * motion.omega)[:, None] ** 2
+        slope, curvature = ell @ self.slope, ell @ self.curvature
+        inertia = motion.gamma_weight * ell * (slope + 2 * squared * curvature)
         return LeftOut(
             square=motion.weighted(ell, self.curvature),
-            equations=motion.pushed(-np.einsum("ncd,nd->nc", D, ell)),
+            equations=motion.pushed(-squared * (slope + squared * curvature)),
             gamma=float(np.sum(inertia) / 2),
         )
 

@@ -186,14 +186,15 @@ def _reduced(
     at_most: int | None,
 ) -> MeshLinear:
     """Modes and attachment solutions of an assembled body, and its reduced model."""
-    forces = _interface_forces(study, solid, interface)
-    count = mode_count(study, at_most, solver.free - forces.shape[1])
+    retained = _retained(study, solid, interface)
+    count = mode_count(study, at_most, solver.free - retained)
     with stages.stage("modes"):
         modes = solver.modes(count).unique(interface.displacement)
     with stages.stage("attachments"):
         if study.reduction.method != "craig-bampton":
             reduction = massless_reduced(solid, interface, modes, solver)
         else:
+            forces = _interface_forces(study, solid, interface)
             reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
     return MeshLinear(solid, interface, modes, reduction)
 
@@ -204,6 +205,13 @@ def _modal_solver(study: MeshStudy, solid: Solid) -> ModalSolver:
     if chosen == "auto" and study.reduction.needs_factors:
         chosen = "direct"
     return modal_solver(solid, chosen, study.solver.memory)
+
+
+def _retained(study: MeshStudy, solid: Solid, interface: ContactInterface) -> int:
+    """Number of the interface coordinates that the reduction keeps."""
+    if study.reduction.all_directions:
+        return _interface_forces(study, solid, interface).shape[1]
+    return interface.count
 
 
 def _interface_forces(study: MeshStudy, solid: Solid, interface: ContactInterface) -> Array:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.closed import highest_frequency
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import RestState
@@ -59,8 +60,7 @@ class Flow:
             raise ModelError("the motion in time needs contact points without mass: R is singular")
         object.__setattr__(self, "_law", Complementarity(self.model.R, self.model.gap))
         object.__setattr__(self, "_rest", self.model.at_rest())
-        all_closed = LinearStage.of(self.model, np.ones(self.model.points, dtype=bool))
-        object.__setattr__(self, "_moment", _MOMENT / float(all_closed.nu[-1]))
+        object.__setattr__(self, "_moment", _MOMENT / highest_frequency(self.model))
 
     def run(
         self,

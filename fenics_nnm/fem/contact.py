@@ -11,8 +11,12 @@ from scipy.sparse import csr_array, vstack
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
-from fenics_nnm.fem.contact_patch import Patch, PatchPoints, patch_points
+from fenics_nnm.fem.contact_patch import patch_points
+from fenics_nnm.fem.contact_sites import Chosen, ContactSites, contact_sites
+from fenics_nnm.fem.patch_sites import Patch
+from fenics_nnm.fem.rows import along
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.reduction.point_choice import spread
 
 #: Contact rows whose cosine differs from 1 by less are the same.
 _SAME_ROW = 1e-9
@@ -69,12 +73,7 @@ class ContactInterface:
         Returns:
             Shape (n_c, k), the same on all ranks.
         """
-        dim = self.points.shape[1]
-        along = (
-            self.directions[:, axis, None] * (self.weights @ local[axis::dim])
-            for axis in range(dim)
-        )
-        return np.asarray(self.comm.allreduce(sum(along)))
+        return along(self.directions, self.weights, local, self.comm)
 
     def unit_forces(self, owned: int) -> Array:
         """B^T: a unit force in the contact direction at each point, shape (n_owned, n_c)."""
@@ -130,7 +129,7 @@ class ContactInterface:
 
 
 def contact_interface(solid: Solid, patches: Sequence[Patch]) -> ContactInterface:
-    """Make contact points of the vertices of patches.
+    """Make contact points of evenly spread vertices of patches.
 
     Raises:
         MeshError: if facets are empty, inside the body or touch the clamp, or have fewer vertices
@@ -139,7 +138,29 @@ def contact_interface(solid: Solid, patches: Sequence[Patch]) -> ContactInterfac
             share a point along the same line.
         GeometryError: if a contact direction does not meet a casing.
     """
-    found: list[PatchPoints] = [patch_points(solid, patch) for patch in patches]
+    sites = contact_sites(solid, patches)
+    return interface_at(solid, sites, evenly_chosen(sites))
+
+
+def evenly_chosen(sites: ContactSites) -> Chosen:
+    """As many vertices of each patch as are asked for, evenly spread."""
+    return tuple(spread(part.points, part.count) for part in sites.parts)
+
+
+def interface_at(solid: Solid, sites: ContactSites, chosen: Chosen) -> ContactInterface:
+    """Make contact points of some vertices of patches; called on all ranks.
+
+    Args:
+        solid: Assembled body.
+        sites: Vertices of the patches.
+        chosen: Which of them become contact points.
+
+    Raises:
+        ModelError: if patches share a point along the same line.
+        GeometryError: if a contact direction does not meet a casing.
+    """
+    patches = [part.patch for part in sites.parts]
+    found = [patch_points(solid, *each) for each in zip(sites.parts, chosen, strict=True)]
     counts = [len(part.gap) for part in found]
     interface = ContactInterface(
         points=np.concatenate([part.points for part in found]),

@@ -64,3 +64,20 @@ def owned_rows(solid: Solid, entries: Entries, count: int) -> csr_array:
     mine = (blocks >= first) & (blocks < last) & ~np.isin(blocks - first, held)
     at = (rows[mine], blocks[mine] - first)
     return csr_array(coo_array((values[mine], at), shape=(count, last - first)))
+
+
+def along(directions: Array, weights: csr_array, local: Array, comm: MPI.Comm) -> Array:
+    """Displacements of places along their directions.
+
+    Args:
+        directions: Unit vectors, shape (n, dim).
+        weights: Weights of the owned blocks in the displacement of each place, (n, owned blocks).
+        local: Columns of owned degrees of freedom, shape (n_owned, k).
+        comm: Communicator.
+
+    Returns:
+        Shape (n, k), the same on all ranks.
+    """
+    dim = directions.shape[1]
+    parts = (directions[:, axis, None] * (weights @ local[axis::dim]) for axis in range(dim))
+    return np.asarray(comm.allreduce(sum(parts)))

@@ -7,6 +7,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.reduction.clusters import groups
+from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import Study
 
@@ -28,6 +29,7 @@ def describe(prepared: Prepared) -> str:
         *_at_rest(rest),
         f"{event:16s} at {energy:.6g} J for mode {study.mode.number}, first at "
         f"{linear.contact_name(rest.first(mode))}",
+        *_over_all_vertices(linear.first_contact(mode)),
         f"largest motion   {largest} {when}",
         *linear.groups(),
         "",
@@ -41,6 +43,12 @@ def describe(prepared: Prepared) -> str:
     if below:
         lines += ["", f"no mode missed below {below / 2 / np.pi:.6g} Hz"]
     return "\n".join([*lines, *_resonances(prepared), *_driven(study)])
+
+
+def _over_all_vertices(first: FirstContact) -> list[str]:
+    """How far first contact of the contact points is from that of all vertices of the patches."""
+    lines = [f"                 {first}"] if first.limited else []
+    return [*lines, f"warning          {first.warning}"] if first.warning else lines
 
 
 def _of_equal_frequency(omega: Array) -> list[str]:

@@ -118,7 +118,17 @@ def prepare(job: Job, staging: Staging) -> Ready:
     inputs = on_root(job.comm, input_digests, job.study)
     found = earlier.stored.header.resolution if earlier.stored else None
     chosen = choice(job.study, job.comm, job.stages, found=found, analyse=job.analyse)
+    _tell_first_contact(chosen, job.comm)
     return Ready(job, staging, earlier, inputs, _from_start(job, chosen))
+
+
+def _tell_first_contact(chosen: Choice, comm: MPI.Comm) -> None:
+    """Say where contact begins, and warn where that depends on the choice of contact points."""
+    first = chosen.linear.first_contact(chosen.prepared.mode)
+    if comm.rank == 0:
+        logger.info("first contact at %.6g J; %s", first.energy, first)
+        if first.warning:
+            logger.warning(first.warning)
 
 
 def _from_start(job: Job, chosen: Choice) -> Choice:

@@ -21,6 +21,7 @@ from fenics_nnm.backbone.point_numbers import return_error
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.running.auto_report import summary_of
+from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.time_domain.bifurcations import Bifurcation
 
@@ -65,6 +66,7 @@ def run_summary(
         **_at_rest(rest, first),
         "no_mode_missed_below_Hz": linear.modes.checked_below / (2 * np.pi) or None,
         "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
+        "first_contact": _first_contact(linear.first_contact(first)),
         **summary_of(chosen, branch),
         "points": len(branch.points),
         "statuses": dict(Counter(point.status for point in branch.points)),
@@ -98,6 +100,17 @@ def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:
             "contact_force_N": float(rest.force.sum()),
             "at_gamma_ratio_1": rest.at_one(mode),
         }
+    }
+
+
+def _first_contact(first: FirstContact) -> dict[str, Any]:
+    """First contact of the contact points beside that of all vertices of the patches."""
+    return {
+        "contact_points": first.points,
+        "vertices": first.vertices,
+        "energy_J": first.energy,
+        "over_all_vertices_J": first.over_all,
+        "above_all_vertices_percent": 100 * first.excess,
     }
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.casing import Surface
 from fenics_nnm.errors import GeometryError, ModelError
-from fenics_nnm.fem.contact_patch import Field, Opposite, Patch
 from fenics_nnm.fem.direction import Direction
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fem.patch_sites import Field, Opposite, Patch
 from fenics_nnm.study.contact import ContactSection, PatchesSection, PatchSection
 from fenics_nnm.study.record import fitted
 

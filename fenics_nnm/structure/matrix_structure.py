@@ -20,6 +20,7 @@ from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
 from fenics_nnm.reduction.matrix_modes import MatrixSolver
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.mode_count import mode_count
 from fenics_nnm.study import MatrixStudy
@@ -89,6 +90,12 @@ class MatrixLinear(MatrixAnalysis):
         """As `Linear.with_contact`: gaps are all that a study says of contact."""
         matrices = replace(self.matrices, gap=study.contact.gap)
         return replace(self, matrices=matrices, reduction=self.reduction.with_gap(matrices.gap))
+
+    def first_contact(self, mode: int) -> FirstContact:
+        """As `Linear.first_contact`: each contact row is a contact point."""
+        rest = self.model.at_rest()
+        energy = float(rest.omega[mode] * rest.amplitude(mode)) ** 2 / 2
+        return FirstContact(self.model.points, self.model.points, energy, energy)
 
     def flexibility(self, harmonics: int) -> None:
         """Nothing: full order is refused by the study."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,8 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.blocks import Data
-from fenics_nnm.fem.contact import ContactInterface, contact_interface
+from fenics_nnm.fem.contact import ContactInterface, interface_at
+from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
 from fenics_nnm.fem.gathering import gathered_basis
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.linear import (
@@ -29,12 +32,25 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.structure.body import body_of, excitations_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
+from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.group_table import group_table
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.structure.mode_count import mode_count
+from fenics_nnm.structure.point_choice import (
+    Choices,
+    approach_of,
+    chosen_about_rest,
+    chosen_by_mode,
+    chosen_of,
+    evenly_spread,
+    same_points,
+)
 from fenics_nnm.structure.structure import Outline
 from fenics_nnm.study import MeshStudy
+
+#: Where points are pressed at rest, contact points are chosen anew at most so many times.
+_MORE_CHOICES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,17 +78,17 @@ class MeshStructure:
 
     def linear(self, comm: MPI.Comm, stages: Stages, *, at_most: int | None = None) -> MeshLinear:
         """As `Structure.linear`: mesh, assemble, find modes and attachment solutions, reduce."""
-        study = self.study
-        solid, interface = self._assembled(comm, stages)
+        assembled = self._assembled(comm, stages)
         with stages.stage("factors"):
-            found = _modal_solver(study, solid)
+            found = _modal_solver(self.study, assembled.solid)
         with found as solver:
-            return _reduced(study, solid, interface, solver, stages, at_most)
+            return _reduced(assembled, solver, stages, at_most)
 
     def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
         """As `Structure.driven`."""
-        study = self.study
-        solid, interface = self._assembled(comm, stages)
+        study, assembled = self.study, self._assembled(comm, stages)
+        solid = assembled.solid
+        interface = assembled.interface(evenly_spread(assembled.sites))
         forces = excitations_of(study, solid.tagged.dim)
         with stages.stage("factors"):
             found = _modal_solver(study, solid)
@@ -82,8 +98,8 @@ class MeshStructure:
             with stages.stage("attachments"):
                 return driven(solid, interface, forces, modes, solver)
 
-    def _assembled(self, comm: MPI.Comm, stages: Stages) -> tuple[Solid, ContactInterface]:
-        """The body with its contact points."""
+    def _assembled(self, comm: MPI.Comm, stages: Stages) -> _Assembled:
+        """The body with the vertices that can become contact points."""
         study = self.study
         with stages.stage("mesh"):
             tagged = tagged_mesh(study, comm)
@@ -91,12 +107,44 @@ class MeshStructure:
             patches = contact_patches(study.contact, tagged)
         with stages.stage("assembly"):
             solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped, clamps)
-            return solid, contact_interface(solid, patches)
+            return _Assembled(study, solid, contact_sites(solid, patches))
+
+
+@dataclass(frozen=True, slots=True)
+class _Assembled:
+    """A body before its contact points are chosen, on all ranks.
+
+    Attributes:
+        study: Study.
+        solid: Assembled body.
+        sites: Vertices of the contact patches.
+    """
+
+    study: MeshStudy
+    solid: Solid
+    sites: ContactSites
+
+    @property
+    def mode(self) -> int:
+        """Index of the mode that is followed, from 0."""
+        return self.study.mode.number - 1
+
+    def interface(self, choices: Choices) -> ContactInterface:
+        """Contact points of a choice."""
+        return interface_at(self.solid, self.sites, chosen_of(choices))
 
 
 @dataclass(frozen=True, slots=True)
 class MeshLinear(LinearAnalysis):
-    """An analysis of a mesh as all that is linear of a structure, spread over the ranks."""
+    """An analysis of a mesh as all that is linear of a structure, spread over the ranks.
+
+    Attributes:
+        sites: Vertices of the contact patches.
+        choices: Which of them are contact points.
+    """
+
+    sites: ContactSites
+    choices: Choices
 
     @property
     def body(self) -> LinearAnalysis:
@@ -110,10 +158,32 @@ class MeshLinear(LinearAnalysis):
     def with_contact(self, study: MeshStudy) -> MeshLinear | None:
         """As `Linear.with_contact`."""
         patches = contact_patches(study.contact, self.solid.tagged)
-        interface = contact_interface(self.solid, patches)
+        new = _Assembled(study, self.solid, contact_sites(self.solid, patches))
+        if not _same_rows(new.sites, self.sites):
+            return None
+        even = evenly_spread(new.sites)
+        choices = chosen_by_mode(even, new.sites, self.modes, new.mode)
+        interface = new.interface(choices)
         if not _same_rows(interface, self.interface):
             return None
-        return replace(self, interface=interface, reduction=self.reduction.with_gap(interface.gap))
+        reduction = self.reduction.with_gap(interface.gap)
+        found = MeshLinear(self.solid, interface, self.modes, reduction, new.sites, choices)
+        same = same_points(found.better_choices(new.mode), choices)
+        return found if same else None
+
+    def better_choices(self, mode: int) -> Choices:
+        """Contact points that the followed mode, of an index from 0, asks for about rest."""
+        return chosen_about_rest(self.choices, self.sites, self.reduction, mode)
+
+    def first_contact(self, mode: int) -> FirstContact:
+        """As `Linear.first_contact`."""
+        rest, sites = self.model.at_rest(), self.sites
+        amplitude = over_all = rest.amplitude(mode)
+        if sites.limited and rest.is_linear(mode):
+            approach = approach_of(sites, chosen_of(self.choices), self.reduction, mode)
+            over_all = min(amplitude, float(approach.reach.min()))
+        energies = [(rest.omega[mode] * each) ** 2 / 2 for each in (amplitude, over_all)]
+        return FirstContact(self.interface.count, len(sites.gap), *map(float, energies))
 
     def flexibility(self, harmonics: int) -> HarmonicSolver:
         """As `Linear.flexibility`.
@@ -178,25 +248,42 @@ class MeshLinear(LinearAnalysis):
 
 
 def _reduced(
-    study: MeshStudy,
-    solid: Solid,
-    interface: ContactInterface,
-    solver: ModalSolver,
-    stages: Stages,
-    at_most: int | None,
+    assembled: _Assembled, solver: ModalSolver, stages: Stages, at_most: int | None
 ) -> MeshLinear:
-    """Modes and attachment solutions of an assembled body, and its reduced model."""
-    retained = _retained(study, solid, interface)
+    """Modes of an assembled body, then its contact points, then its reduced model."""
+    study, sites, mode = assembled.study, assembled.sites, assembled.mode
+    even = evenly_spread(sites)
+    retained = _retained(study, assembled.solid, assembled.interface(even))
     count = mode_count(study, at_most, solver.free - retained)
     with stages.stage("modes"):
-        modes = solver.modes(count).unique(interface.displacement)
+        modes = solver.modes(count).unique(sites.displacement)
     with stages.stage("attachments"):
-        if study.reduction.method != "craig-bampton":
-            reduction = massless_reduced(solid, interface, modes, solver)
-        else:
-            forces = _interface_forces(study, solid, interface)
-            reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
-    return MeshLinear(solid, interface, modes, reduction)
+        reduced = partial(_reduced_at, assembled, solver, modes, count)
+        return _settled(reduced, chosen_by_mode(even, sites, modes, mode), mode)
+
+
+def _reduced_at(
+    assembled: _Assembled, solver: ModalSolver, modes: LinearModes, count: int, choices: Choices
+) -> MeshLinear:
+    """The reduced model with some contact points."""
+    study, solid, interface = assembled.study, assembled.solid, assembled.interface(choices)
+    if study.reduction.method != "craig-bampton":
+        reduction = massless_reduced(solid, interface, modes, solver)
+    else:
+        forces = _interface_forces(study, solid, interface)
+        reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
+    return MeshLinear(solid, interface, modes, reduction, assembled.sites, choices)
+
+
+def _settled(reduced: Callable[[Choices], MeshLinear], choices: Choices, mode: int) -> MeshLinear:
+    """The model whose contact points are those that its state of rest asks for."""
+    found = reduced(choices)
+    for _ in range(_MORE_CHOICES):
+        better = found.better_choices(mode)
+        if same_points(better, found.choices):
+            break
+        found = reduced(better)
+    return found
 
 
 def _modal_solver(study: MeshStudy, solid: Solid) -> ModalSolver:
@@ -221,8 +308,10 @@ def _interface_forces(study: MeshStudy, solid: Solid, interface: ContactInterfac
     return interface.unit_forces(solid.owned)
 
 
-def _same_rows(first: ContactInterface, second: ContactInterface) -> bool:
-    """Whether the contact rows B of two interfaces on one mesh are equal; the same on all ranks."""
+def _same_rows(
+    first: ContactInterface | ContactSites, second: ContactInterface | ContactSites
+) -> bool:
+    """Whether contact rows B of places on one mesh are equal; the same on all ranks."""
     one, other = first.weights, second.weights
     pairs = [(first.directions, second.directions)]
     pairs += [(getattr(one, name), getattr(other, name)) for name in ("indptr", "indices", "data")]

@@ -19,6 +19,7 @@ from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.study.casing import AnyCasing
 
 
@@ -96,6 +97,13 @@ class Linear(Protocol):
 
         Args:
             study: Study of the same structure without its contact, so one of the same kind.
+        """
+
+    def first_contact(self, mode: int) -> FirstContact:
+        """First contact of a mode of an index from 0, of the contact points and of all places.
+
+        Raises:
+            ModelError: as `RestState.amplitude`.
         """
 
     def flexibility(self, harmonics: int) -> AbstractContextManager[FlexibilitySource] | None:

@@ -10,14 +10,15 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.contact import ContactInterface, contact_interface
-from fenics_nnm.fem.contact_patch import Patch, spread
 from fenics_nnm.fem.direction import Direction
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.patch_sites import Patch
 from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body, assemble_solid
 from fenics_nnm.geometry import Beam, Plate
 from fenics_nnm.materials.elasticity import Isotropic
 from fenics_nnm.materials.material import Material
+from fenics_nnm.reduction.point_choice import spread
 
 UNIT = (Region(Material(Isotropic(1.0, 0.3), 1.0)),)
 SOLID = Body("solid", UNIT, degree=2)

@@ -1,0 +1,55 @@
+"""At which energy contact begins: of the contact points, and of all vertices of the patches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: Energies of first contact that differ by more than this part are warned about.
+_APART = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class FirstContact:
+    """First contact of the followed mode.
+
+    Attributes:
+        points: Number of contact points.
+        vertices: Number of vertices of the patches, or of other places where contact can be.
+        energy: Energy in J at which the first contact point touches, or lifts off.
+        over_all: Energy in J at which the first vertex touches, or a contact point lifts off.
+    """
+
+    points: int
+    vertices: int
+    energy: float
+    over_all: float
+
+    @property
+    def excess(self) -> float:
+        """By which part the energy of the contact points is above that of all vertices."""
+        return self.energy / self.over_all - 1
+
+    @property
+    def limited(self) -> bool:
+        """Whether some vertices are no contact points."""
+        return self.points < self.vertices
+
+    def __str__(self) -> str:
+        """What it is over all vertices, and how far the contact points are from that."""
+        if not self.limited:
+            return f"all {self.vertices} vertices are contact points"
+        return (
+            f"over all {self.vertices} vertices first contact is at {self.over_all:.6g} J; "
+            f"the {self.points} contact points are {100 * self.excess:.2g} % above it"
+        )
+
+    @property
+    def warning(self) -> str:
+        """What is wrong if the contact points are far from all vertices; nothing if near."""
+        if self.excess <= _APART:
+            return ""
+        return (
+            f"contact begins at {self.energy:.6g} J at the {self.points} contact points, "
+            f"{100 * self.excess:.3g} % above the {self.over_all:.6g} J of all {self.vertices} "
+            "vertices of the patches: raise contact.points"
+        )

@@ -17,6 +17,9 @@ from fenics_nnm.mechanics.approach import Approach
 #: Distances that differ by less than this part of the size of all places are the same.
 _TIE = 1e-9
 
+#: Coordinates that differ by less than this part of that size are the same.
+_SAME_COORDINATE = 1e-6
+
 #: A place is as near as the nearest one if its amplitude of contact is larger by this part only.
 _AS_NEAR = 1e-3
 
@@ -69,7 +72,8 @@ def spread(
 ) -> Indices:
     """Indices of `count` points that lie far from each other, ascending.
 
-    Starts with the point farthest from the centre and adds the one farthest from all chosen.
+    Starts with the point farthest from the centre and adds the one farthest from all chosen; of
+    points as far as each other the one with the smallest coordinates.
 
     Args:
         points: Coordinates, shape (n, dim).
@@ -79,21 +83,29 @@ def spread(
     """
     if count >= len(points):
         return np.arange(len(points))
+    order = _order(points)
     distance = np.linalg.norm(points - points.mean(axis=0), axis=1)
     tie = _TIE * float(distance.max())
-    chosen = list(first or [_farthest(distance, tie)])
+    chosen = list(first or [_farthest(distance, tie, order)])
     distance = np.min([np.linalg.norm(points - points[each], axis=1) for each in chosen], axis=0)
     if barred is not None:
         distance[barred] = -1.0
     while len(chosen) < count:
-        chosen.append(_farthest(distance, tie))
+        chosen.append(_farthest(distance, tie, order))
         distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
     return np.sort(np.array(chosen, dtype=np.int64))
 
 
-def _farthest(distance: Array, tie: float) -> int:
-    """The first of the largest distances, which may differ by round-off."""
-    return int(np.argmax(distance >= distance.max() - tie))
+def _farthest(distance: Array, tie: float, order: Indices) -> int:
+    """Of the largest distances, which may differ by round-off, the first in an order."""
+    return int(order[np.argmax(distance[order] >= distance.max() - tie)])
+
+
+def _order(points: Array) -> Indices:
+    """Points in the order of their first coordinates, where these are the same of the second."""
+    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max()) or 1.0
+    rounded = np.round((points - low) / (_SAME_COORDINATE * size))
+    return np.lexsort(rounded.T[::-1])
 
 
 def _nearest(points: Array, approach: Approach, chosen: Indices) -> list[int]:
@@ -126,6 +138,4 @@ def _first_place(points: Array, distance: Array, among: Indices) -> int:
     """The nearest of some places; of those alike, the one with the smallest coordinates."""
     nearest = float(distance[among].min())
     alike = among[distance[among] <= nearest + _ALIKE * abs(nearest)]
-    size = float(np.ptp(points, axis=0).max()) or 1.0
-    rounded = np.round((points[alike] - points.min(axis=0)) / (_ALIKE * size))
-    return int(alike[np.lexsort(rounded.T[::-1])[0]])
+    return int(alike[_order(points[alike])[0]])

@@ -18,7 +18,6 @@ from fenics_nnm.fem.solid import Body, assemble_solid
 from fenics_nnm.geometry import Beam, Plate
 from fenics_nnm.materials.elasticity import Isotropic
 from fenics_nnm.materials.material import Material
-from fenics_nnm.reduction.point_choice import spread
 
 UNIT = (Region(Material(Isotropic(1.0, 0.3), 1.0)),)
 SOLID = Body("solid", UNIT, degree=2)
@@ -114,12 +113,6 @@ def test_radial_direction_on_the_axis_is_refused() -> None:
         Direction("radial", (1.0, 0.0, 0.0), (0.0,) * 3).at(
             np.array([[1.0, 0, 0]]), np.zeros((1, 3))
         )
-
-
-def test_spread_points_cover_a_line_evenly() -> None:
-    line = np.linspace(0, 1, 101)[:, None]
-    chosen = spread(line, 5)
-    np.testing.assert_allclose(line[chosen, 0], [0, 0.25, 0.5, 0.75, 1], atol=0.01)
 
 
 def test_displacement_and_unit_forces_are_transposes() -> None:

@@ -154,7 +154,18 @@ def _mode(results: Results) -> str:
     event = "The gamma ratio is 1 at" if "at_rest" in results.summary else "Contact begins at"
     return (
         f"{begin} {event} an energy of {plain(energy)} J: the gamma ratio is the modal energy "
-        "coordinate over its value there."
+        f"coordinate over its value there.{_over_all(results.summary.get('first_contact'))}"
+    )
+
+
+def _over_all(first: dict[str, Any] | None) -> str:
+    """How far the contact points are from all vertices; nothing where each vertex is one."""
+    if not first or first["contact_points"] >= first["vertices"]:
+        return ""
+    return (
+        f" If all {first['vertices']} vertices of the contact facets could touch, that would be "
+        f"{plain(first['over_all_vertices_J'])} J: the {first['contact_points']} contact points "
+        f"are {first['above_all_vertices_percent']:.2g} % above it."
     )
 
 

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from fenics_nnm.backbone.branch import Branch
-from fenics_nnm.backbone.point import believable
+from fenics_nnm.backbone.point import RESONANT, believable
 from fenics_nnm.resolution.accuracy import SOURCES, Accuracy
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.resolution.finer import needed
@@ -29,10 +29,12 @@ def summary_of(chosen: Choice, branch: Branch) -> dict[str, Any]:
     }
     if found is None:
         return {"auto": {**entry, "met": None}}
+    doubt = doubt_of(branch)
     return {
         "auto": {
             **entry,
-            "met": found.meets(chosen.study.tolerance) and not _failed(branch),
+            "met": found.meets(chosen.study.tolerance) and not doubt,
+            "doubt": doubt,
             "harmonics_error": found.harmonics,
             "samples_error": found.samples,
             "reduction_error": found.modes,
@@ -48,11 +50,10 @@ def message_of(chosen: Choice, branch: Branch) -> str:
     found = chosen.achieved(branch.points)
     if found is None:
         return f"{chosen.study.resolution}, as the run before found them"
-    failed = _failed(branch)
+    doubt = doubt_of(branch)
     return (
         f"{chosen.study.resolution}: expected error of the frequency {found.total:.1e} {_at(found)}"
-        f" (tolerance {chosen.study.tolerance:g})"
-        + (f", but {failed} points failed the check in time" if failed else "")
+        f" (tolerance {chosen.study.tolerance:g})" + (f", but {doubt}" if doubt else "")
     )
 
 
@@ -66,17 +67,33 @@ def advice_of(chosen: Choice) -> str:
     return f'give {larger} in place of "auto", whose estimates do not hold here'
 
 
-def _failed(branch: Branch) -> int:
-    """Number of points that integration in time contradicts: their expected errors mean nothing."""
-    return len(branch.points) - len(believable(branch.points))
+def doubt_of(branch: Branch) -> str:
+    """Why the expected errors of a branch mean nothing, or nothing.
+
+    Integration in time contradicts points that failed. Points inside an internal resonance do not
+    count, and those without contact are linear motions, whose errors are zero with any numbers.
+    """
+    points = branch.points
+    if not points:
+        return "no point was found"
+    if failed := len(points) - len(believable(points)):
+        return f"{failed} points failed the check in time"
+    touching = [point for point in points if point.motion.contact_fraction > 0]
+    if touching and all(point.status == RESONANT for point in touching):
+        return "all points in contact are inside an internal resonance"
+    return ""
 
 
 def warn_of(chosen: Choice, branch: Branch) -> None:
     """Say where a tolerance is not met, why, and what it would need."""
-    if not chosen.automatic or not branch.points:
+    if not chosen.automatic:
         return
     found, tolerance = chosen.achieved(branch.points), chosen.study.tolerance
-    if found is None or found.meets(tolerance):
+    if found is None:
+        return
+    if doubt := doubt_of(branch):
+        logger.warning("mode.tolerance = %g is not known to be met: %s", tolerance, doubt)
+    if doubt or found.meets(tolerance):
         return
     source = max(SOURCES, key=found.of)
     number, error = getattr(chosen.study.resolution, source), found.of(source)

@@ -9,14 +9,15 @@ import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from conftest import PLATE, ROD, Ended, changed, toml
 from mpi4py import MPI
 
-from fenics_nnm.backbone.point import FAILED, ExpectedErrors, Verdict
+from fenics_nnm.backbone.branch import Branch
+from fenics_nnm.backbone.point import FAILED, RESONANT, VERIFIED, ExpectedErrors, Verdict
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.nonlinear.reduction_error import ReductionError
@@ -26,6 +27,7 @@ from fenics_nnm.resolution.auto import choice
 from fenics_nnm.resolution.finer import Finer, least
 from fenics_nnm.results import branch_file
 from fenics_nnm.run import run_study
+from fenics_nnm.running.auto_report import doubt_of
 from fenics_nnm.structure.analysis import linear_analysis, nonlinear_mode
 from fenics_nnm.study import Study, study_from
 from fenics_nnm.study.resolution import Resolution
@@ -204,6 +206,22 @@ def test_points_that_fail_are_no_met_tolerance(
     assert result.summary["auto"]["met"] is False
     assert result.message.endswith(f"but {count} points failed the check in time")
     assert f"give mode.harmonics above {harmonics} and mode.samples above" in caplog.text
+
+
+def test_points_that_are_not_trusted_meet_no_tolerance() -> None:
+    """Points without contact are linear motions: their errors are none with any numbers."""
+
+    def doubt(*points: tuple[str, float]) -> str:
+        made = [
+            SimpleNamespace(status=status, motion=SimpleNamespace(contact_fraction=part))
+            for status, part in points
+        ]
+        return doubt_of(cast(Branch, SimpleNamespace(points=made)))
+
+    assert doubt() == "no point was found"
+    assert doubt((VERIFIED, 0.0), (RESONANT, 0.1), (RESONANT, 0.2)).startswith("all points in")
+    assert doubt((VERIFIED, 0.1), (FAILED, 0.2)) == "1 points failed the check in time"
+    assert doubt((VERIFIED, 0.0)) == doubt((VERIFIED, 0.1), (RESONANT, 0.2)) == ""
 
 
 def test_search_stops_at_its_limits() -> None:

@@ -47,7 +47,7 @@ MEANINGS = {
 #: What to know of points before their frequencies are used.
 _DOUBTFUL = {
     FAILED: "failed the check in time: they are no motions of the model, and their frequencies are "
-    "not to be trusted. More mode.harmonics and mode.samples may help.",
+    "not to be trusted.",
     RESONANT: "are inside an internal resonance: another mode draws energy from the motion, so "
     "their frequencies lag below the main branch.",
 }
@@ -248,10 +248,23 @@ def warnings(results: Results) -> list[str]:
         for status, what in _DOUBTFUL.items()
         if counts[status]
     ]
+    if counts[FAILED]:
+        found.append(_help_of(summary.get("auto", {})))
     if summary and not counts[VERIFIED]:
         found.append("No point is verified: see below why.")
     found += _missed_tolerance(summary.get("auto", {}))
     return found
+
+
+def _help_of(auto: dict[str, Any]) -> str:
+    """What may help points that failed."""
+    numbers = [f"mode.{name}" for name in ("harmonics", "samples") if name in auto.get("found", ())]
+    if not numbers:
+        return "More mode.harmonics and mode.samples may help points that failed."
+    return (
+        f'{" and ".join(numbers)} given in place of "auto", and larger than what was found, may '
+        "help points that failed."
+    )
 
 
 def _place(failure: dict[str, Any]) -> str:
@@ -264,6 +277,8 @@ def _missed_tolerance(auto: dict[str, Any]) -> list[str]:
     if auto.get("met") is not False:
         return []
     limits = "; ".join(f"{name}: {why}" for name, why in auto.get("limits", {}).items())
+    if doubt := auto.get("doubt"):
+        return [f"Whether the tolerance of the frequency is met is not known: {doubt}."]
     return [
         f"The tolerance of the frequency, {auto['tolerance']:g}, is not met"
         + (f" ({limits})." if limits else ".")

@@ -126,7 +126,7 @@ def _tell_first_contact(chosen: Choice, comm: MPI.Comm) -> None:
     """Say where contact begins, and warn where that depends on the choice of contact points."""
     first = chosen.linear.first_contact(chosen.prepared.mode)
     if comm.rank == 0:
-        logger.info("first contact at %.6g J; %s", first.energy, first)
+        logger.info("gamma ratio 1 at %.6g J; %s", first.energy, first)
         if first.warning:
             logger.warning(first.warning)
 

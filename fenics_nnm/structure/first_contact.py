@@ -39,8 +39,8 @@ class FirstContact:
         if not self.limited:
             return f"all {self.vertices} vertices are contact points"
         return (
-            f"over all {self.vertices} vertices first contact is at {self.over_all:.6g} J; "
-            f"the {self.points} contact points are {100 * self.excess:.2g} % above it"
+            f"with all {self.vertices} vertices it is at {self.over_all:.6g} J; "
+            f"the {self.points} contact points are {100 * self.excess:.2g} % above that"
         )
 
     @property

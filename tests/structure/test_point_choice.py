@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import PLATE, Ended, changed
+from fork_mesh import fork, fork_study
 from mpi4py import MPI
 
 from fenics_nnm.errors import GeometryError
@@ -20,6 +21,7 @@ from fenics_nnm.geometry import Plate
 from fenics_nnm.materials.elasticity import Isotropic
 from fenics_nnm.materials.material import Material
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.mesh_structure import MeshLinear, MeshStructure
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
@@ -126,6 +128,21 @@ def test_a_vertex_without_an_obstacle_in_its_way_is_never_in_contact() -> None:
     np.testing.assert_allclose(sites.gap[order], [0, 2.5e-4, 5e-4, 7.5e-4, np.inf])
 
 
+def test_vertices_of_facing_patches_move_as_their_contact_points(tmp_path: Path) -> None:
+    fork(tmp_path / "fork.msh", right=8)
+    facing = {"facets": "right tine", "against": "left tine", "points": 2}
+    values = fork_study(tmp_path / "fork.msh", **facing)
+    found = linear_analysis(study_from(values, tmp_path / "study.toml"), COMM)
+    assert isinstance(found, MeshLinear)
+    motion = np.random.default_rng(2).normal(size=(found.solid.owned, 2))
+    chosen = found.choices[0].chosen
+    assert len(found.sites.gap) == 5
+    np.testing.assert_array_equal(
+        found.sites.displacement(motion)[chosen], found.interface.displacement(motion)
+    )
+    np.testing.assert_array_equal(found.sites.gap[chosen], found.interface.gap)
+
+
 def test_first_contact_that_depends_on_the_points_is_warned_about() -> None:
     assert FirstContact(3, 9, 1.009, 1.0).warning == ""
     warning = FirstContact(3, 9, 1.5, 1.0).warning
@@ -140,7 +157,7 @@ def test_check_and_summary_tell_both_energies(
     changes = {"contact": {"points": 3}, "reduction": {"modes": 2}, "continuation": {"=": below}}
     file = study_file(base=ARCH, **changes)
     checked = command("check", file)
-    assert "over all 12 vertices first contact is at" in checked.out
+    assert "with all 12 vertices it is at" in checked.out
     command("run", file, "--output", tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     first = summary["first_contact"]

@@ -72,11 +72,11 @@ def run_study(
     on_root(comm, assert_replaceable, folder, _read_files(study))
     with claimed(folder, comm) as staging:
         ready, branch = follow(prepare(job, staging))
-        summary = publish(ready, branch)
+        place, summary = publish(ready, branch)
     if comm.rank == 0:
         warn_of_points(branch, advice_of(ready.chosen))
         warn_of(ready.chosen, branch)
-    return RunResult(folder, branch, summary, message_of(ready.chosen, branch))
+    return RunResult(place, branch, summary, message_of(ready.chosen, branch))
 
 
 def _read_files(study: Study) -> list[Path]:

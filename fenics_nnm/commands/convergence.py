@@ -40,12 +40,15 @@ def _convergence(arguments: argparse.Namespace) -> int:
     from fenics_nnm.output.convergence_report import convergence_lines, write_convergence
     from fenics_nnm.resolution.auto import choice
     from fenics_nnm.resolution.convergence import convergence
+    from fenics_nnm.structure.mesh_notes import report_notes
 
     study = read_study(arguments.study)
     console, comm = console_of(MPI.COMM_WORLD), MPI.COMM_WORLD
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-convergence"
     with terminable(), stages_of(console, arguments) as stages:
-        found = convergence(choice(study, comm, stages), comm, stages)
+        chosen = choice(study, comm, stages)
+        report_notes(chosen.linear.notes(), comm)
+        found = convergence(chosen, comm, stages)
         on_root(comm, write_convergence, folder, found, title=study.title)
     for line in convergence_lines(found):
         show(console, line)

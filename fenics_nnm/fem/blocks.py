@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from fenics_nnm.arrays import Array
 
 #: Bytes of the rows that are made together, unless one row has more.
 AT_ONCE = 2**24
+
+#: Place in a file of the mesh as it was read.
+KEPT_MESH = "input_mesh"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +48,9 @@ class Data:
     Attributes:
         arrays: Those that are in memory, on rank 0 at least.
         blocks: Those that all ranks make together.
+        packed: Those that are stored compressed, on rank 0 at least.
     """
 
     arrays: Mapping[str, Array]
     blocks: Mapping[str, Blocks] = field(default_factory=dict)
+    packed: Mapping[str, Any] = field(default_factory=dict)

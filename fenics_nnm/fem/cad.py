@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -67,7 +66,7 @@ def read_cad(
         assert_file(cad.path)
         if not refined:
             return in_own_process(MeshCad(cad), limits)
-        raw = in_own_process(MeshCad(cad), limits, notes=logging.INFO)
+        raw = in_own_process(MeshCad(cad), limits)
         coarse = pick(spread_mesh(lambda: raw, metres, MPI.COMM_SELF))
         near = tuple(
             Near(_samples(coarse, part, part.size * metres) / metres, part.size, part.distance)

@@ -34,7 +34,8 @@ Coordinates = tuple[float, ...]
 def mend(path: Path, dim: int, folder: Path) -> None:
     """Optimise the curved elements, or straighten those that are bad.
 
-    A line that begins with "note: " is printed where elements were straightened.
+    Where elements were straightened, a line that begins with "note: " is printed, which becomes a
+    note of the mesh.
 
     Args:
         path: The file, for messages.
@@ -194,5 +195,5 @@ def _weights(kind: int) -> Array:
 
 
 def _note(text: str) -> None:
-    """Print a line that becomes a warning of the run."""
+    """Print a line that becomes a note of the mesh."""
     print(f"note: {text}", flush=True)  # noqa: T201

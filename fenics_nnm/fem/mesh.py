@@ -14,6 +14,7 @@ from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.built_in import built_in
+from fenics_nnm.fem.kept_mesh import MeshAsRead, StoredMesh
 from fenics_nnm.fem.mesh_file import ReadMesh, assert_file, seconds_to_read
 from fenics_nnm.fem.native import Limits, in_own_process
 from fenics_nnm.fem.raw_mesh import RawMesh
@@ -33,6 +34,7 @@ class TaggedMesh:
         nodes: Local nodes of the geometry, ghosts included, of each named set of nodes.
         attached: Masses and springs that the file has.
         notes: What was left out or changed on reading the file, a line each.
+        as_read: The mesh before it was spread over the ranks, to be kept.
     """
 
     mesh: dmesh.Mesh
@@ -41,6 +43,7 @@ class TaggedMesh:
     nodes: dict[str, Indices] = field(default_factory=dict)
     attached: tuple[Attachment, ...] = ()
     notes: tuple[str, ...] = ()
+    as_read: MeshAsRead = field(default_factory=MeshAsRead)
 
     @property
     def dim(self) -> int:
@@ -113,6 +116,11 @@ def generate_mesh(geometry: Geometry, comm: MPI.Comm) -> TaggedMesh:
     return spread_mesh(lambda: built_in(geometry), METRES[geometry.length_unit], comm)
 
 
+def stored_mesh(stored: StoredMesh, comm: MPI.Comm) -> TaggedMesh:
+    """A mesh that an earlier run has kept, with the groups of its file or geometry."""
+    return spread_mesh(stored.read, stored.metres, comm)
+
+
 def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> TaggedMesh:
     """Spread the mesh that rank 0 reads over the ranks.
 
@@ -123,5 +131,11 @@ def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> T
     """
     spread = distributed(read, metres, comm)
     return TaggedMesh(
-        spread.mesh, spread.facets, spread.cells, spread.nodes, spread.attached, spread.notes
+        spread.mesh,
+        spread.facets,
+        spread.cells,
+        spread.nodes,
+        spread.attached,
+        spread.notes,
+        spread.as_read,
     )

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -104,13 +104,12 @@ class Limits:
         return _PART * (free_memory() or 16 * _GIB) / _GIB
 
 
-def in_own_process(job: Job, limits: Limits, *, notes: int = logging.WARNING) -> RawMesh:
+def in_own_process(job: Job, limits: Limits) -> RawMesh:
     """Do a job in a process of its own.
 
     Args:
         job: The job, which can be pickled.
         limits: What the process may take.
-        notes: Level at which what the job notes is logged.
 
     Raises:
         MeshError: if the process crashes, is too slow or takes too much memory.
@@ -124,9 +123,8 @@ def in_own_process(job: Job, limits: Limits, *, notes: int = logging.WARNING) ->
             raise _problem(folder)
         if code or not (folder / ANSWER).exists():
             raise _ended(code, folder, job, limits)
-        for line in _lines(folder, "note: "):
-            logger.log(notes, "%s: %s", job.errors.what, line)
-        return read_written(folder / ANSWER)
+        raw = read_written(folder / ANSWER)
+        return replace(raw, notes=(*raw.notes, *_lines(folder, "note: ")))
 
 
 def _started(folder: Path) -> subprocess.Popen[bytes]:

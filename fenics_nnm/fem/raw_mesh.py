@@ -41,12 +41,8 @@ class RawMesh:
     notes: tuple[str, ...] = ()
 
 
-def write_raw(path: Path, raw: RawMesh) -> None:
-    """Write a mesh to a .npz file without Python objects.
-
-    Raises:
-        OSError: if it cannot be written.
-    """
+def arrays_of(raw: RawMesh) -> dict[str, Any]:
+    """A mesh as arrays of numbers, by names that are the same for each mesh."""
     named = raw.facets, raw.groups, raw.nodes
     words = {
         "names": [list(each) for each in named],
@@ -61,31 +57,69 @@ def write_raw(path: Path, raw: RawMesh) -> None:
     }
     for number, part in enumerate(part for each in named for part in each.values()):
         arrays[f"part{number}"] = part
-    np.savez(path, **arrays)
+    return arrays
+
+
+def raw_of(arrays: Mapping[str, Any]) -> RawMesh:
+    """The mesh of arrays that `arrays_of` made, or a file that has them by these names.
+
+    Raises:
+        ValueError, KeyError, IndexError, TypeError: if they are something else.
+    """
+    words = json.loads(arrays["words"][:].tobytes())
+    parts = iter([_whole(arrays[f"part{n}"][:]) for n in range(sum(map(len, words["names"])))])
+    facets, groups, nodes = ({name: next(parts) for name in each} for each in words["names"])
+    cell_type, dim = (int(x) for x in arrays["kind"][:])
+    raw = RawMesh(
+        cell_type,
+        dim,
+        arrays["points"][:],
+        _whole(arrays["cells"][:]),
+        facets,
+        groups,
+        nodes,
+        tuple(_attachment(each) for each in words["attached"]),
+        tuple(words["notes"]),
+    )
+    _assert_rows(raw)
+    return raw
+
+
+def write_raw(path: Path, raw: RawMesh) -> None:
+    """Write a mesh to a .npz file without Python objects.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    np.savez(path, **arrays_of(raw))
 
 
 def read_written(path: Path) -> RawMesh:
     """Read what `write_raw` wrote.
 
     Raises:
-        OSError, ValueError, KeyError: if it is something else.
+        OSError, or as `raw_of`: if it is something else.
     """
     with np.load(path, allow_pickle=False) as file:
-        words = json.loads(file["words"].tobytes())
-        parts = iter([file[f"part{number}"] for number in range(sum(map(len, words["names"])))])
-        facets, groups, nodes = ({name: next(parts) for name in each} for each in words["names"])
-        cell_type, dim = (int(x) for x in file["kind"])
-        return RawMesh(
-            cell_type,
-            dim,
-            file["points"],
-            file["cells"],
-            facets,
-            groups,
-            nodes,
-            tuple(_attachment(each) for each in words["attached"]),
-            tuple(words["notes"]),
-        )
+        return raw_of(file)
+
+
+def _whole(numbers: Any) -> Indices:
+    return np.asarray(numbers, dtype=np.int64)
+
+
+def _assert_rows(raw: RawMesh) -> None:
+    """Refuse rows of points or cells that are not there.
+
+    Raises:
+        IndexError: if there are some.
+    """
+    of_points = [raw.cells, *raw.facets.values(), *raw.nodes.values()]
+    of_cells = [*raw.groups.values()]
+    for count, parts in ((len(raw.points), of_points), (len(raw.cells), of_cells)):
+        for rows in parts:
+            if rows.size and not 0 <= rows.min() <= rows.max() < count:
+                raise IndexError(f"a mesh has a row outside of 0 to {count - 1}")
 
 
 def _attachment(values: dict[str, Any]) -> Attachment:

@@ -15,6 +15,7 @@ from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.compat import cell_permutation, distribute_entity_data, ufl_mesh
+from fenics_nnm.fem.kept_mesh import MeshAsRead, mesh_as_read
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.raw_mesh import RawMesh
 
@@ -30,6 +31,7 @@ class SpreadMesh:
         nodes: Local nodes of the geometry, ghosts included, of each named set of nodes.
         attached: Those of `RawMesh`, with as many components as the mesh has dimensions.
         notes: Those of `RawMesh`.
+        as_read: The mesh before it was spread.
     """
 
     mesh: dmesh.Mesh
@@ -38,6 +40,7 @@ class SpreadMesh:
     nodes: dict[str, Indices]
     attached: tuple[Attachment, ...]
     notes: tuple[str, ...]
+    as_read: MeshAsRead
 
 
 def distributed(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> SpreadMesh:
@@ -48,16 +51,18 @@ def distributed(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> S
         metres: Metres in one unit of the coordinates.
         comm: Communicator of the mesh.
     """
-    raw = None
+    raw, as_read = None, MeshAsRead()
 
-    def on_first() -> tuple[int, int, int, list[str], RawMesh]:
-        nonlocal raw
-        raw = _in_order_of_dolfinx(read())
+    def on_first() -> tuple[int, int, int, list[str], RawMesh, str]:
+        nonlocal raw, as_read
+        given = read()
+        as_read = mesh_as_read(given, metres)
+        raw = _in_order_of_dolfinx(given)
         none = np.empty((0, raw.dim))
         named = replace(raw, points=none, cells=none.astype(np.int64), facets={})
-        return raw.cell_type, raw.dim, raw.cells.shape[1], list(raw.facets), named
+        return raw.cell_type, raw.dim, raw.cells.shape[1], list(raw.facets), named, as_read.digest
 
-    cell_type, dim, width, names, named = on_root(comm, on_first)
+    cell_type, dim, width, names, named, digest = on_root(comm, on_first)
     if raw is None:
         no_cells = np.empty((0, width), dtype=np.int64)
         raw = RawMesh(cell_type, dim, np.empty((0, dim)), no_cells, {}, {})
@@ -77,7 +82,8 @@ def distributed(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> S
     nodes: dict[str, Indices] = {
         name: np.flatnonzero(np.isin(numbers, rows)) for name, rows in named.nodes.items()
     }
-    return SpreadMesh(mesh, facets, cells, nodes, _attached(named, metres), named.notes)
+    attached, as_read = _attached(named, metres), replace(as_read, digest=digest)
+    return SpreadMesh(mesh, facets, cells, nodes, attached, named.notes, as_read)
 
 
 def _attached(raw: RawMesh, metres: float) -> tuple[Attachment, ...]:

@@ -2,7 +2,8 @@
 
 Layout (SI units):
 
-    /                    attributes: format, study (TOML), versions (JSON), reason
+    /                    attributes: format, study (TOML), versions (JSON), reason, inputs (JSON:
+                         digest of each file that the study names, by key)
     /model               omega, Phi, R, gap of the reduced model
     /contact             points, directions, areas, patches (their numbers, from 0), patch_names;
                          facets (their nodes in VTK order), facet_patch and facet_side (0 for its
@@ -12,6 +13,11 @@ Layout (SI units):
                          series
     /mesh                points, cells (VTK order), cell_type (VTK), region of each cell; of a
                          mesh only; cells as in the input mesh, nodes as these cells name them
+    /input_mesh          the mesh as it was read, before it was spread over ranks: kind (gmsh's
+                         number of the cells, dimension), points, cells (gmsh order), part0 ...
+                         (nodes of the facets, cells and nodes of named groups), words (JSON: these
+                         names, masses, springs, notes), metres in one unit of points; compressed;
+                         of a mesh only
     /material            elasticity (rows, 6, strains), stress in Pa in the order XX YY ZZ XY YZ XZ
                          of the strains xx; xx, yy, 2 xy; or xx, yy, zz, 2 xy, 2 yz, 2 xz; row of
                          each cell at each point where its stress is taken; of a mesh only
@@ -37,14 +43,13 @@ import shutil
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import NonlinearModeError, OutputError
@@ -75,6 +80,9 @@ _OVERHEAD, _ONCE = 8192, 32768
 #: The same for a data set without attributes, and for its group.
 _OF_SET, _OF_GROUP = 1024, 4096
 
+#: How data sets that are compressed are stored: what takes little time.
+_PACKING: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+
 
 @dataclass(frozen=True, slots=True)
 class BranchHeader:
@@ -90,6 +98,8 @@ class BranchHeader:
             constraint modes too.
         series: "time-reversible" or "general".
         model: Reduced model in SI units.
+        inputs: Digests of the files that the study names, by key; none in files of earlier
+            versions.
     """
 
     study: str
@@ -100,6 +110,7 @@ class BranchHeader:
     modes: int
     series: str
     model: ReducedModel
+    inputs: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def values(self) -> Mapping[str, Any]:
@@ -132,7 +143,7 @@ def create(path: Path, header: BranchHeader, data: Data, known: Sequence[BranchP
     """
     with _writing(path):
         with replacing(path) as part:
-            part.write_bytes(_image(header, data.arrays))
+            part.write_bytes(_image(header, data))
             _add(part, data.blocks)
             seal(part)
         journal.begin(path, known)
@@ -279,7 +290,7 @@ def _add(path: Path, blocks: Mapping[str, Blocks]) -> None:
                 values[few] = each.rows(few)
 
 
-def _image(header: BranchHeader, arrays: Mapping[str, Array]) -> bytes:
+def _image(header: BranchHeader, data: Data) -> bytes:
     """Bytes of a file without points and blocks.
 
     HDF5 may crash where it writes to a full disk itself.
@@ -288,6 +299,7 @@ def _image(header: BranchHeader, arrays: Mapping[str, Array]) -> bytes:
         file.attrs["format"] = FORMAT
         file.attrs["study"] = header.study
         file.attrs["versions"] = json.dumps(header.versions)
+        file.attrs["inputs"] = json.dumps(dict(header.inputs))
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
         file["model"].attrs["massless"] = header.model.massless
@@ -296,8 +308,11 @@ def _image(header: BranchHeader, arrays: Mapping[str, Array]) -> bytes:
         series = file.create_group("series")
         for name in ("mode", "harmonics", "samples", "modes", "series"):
             series.attrs[name] = getattr(header, name)
-        for name, values in arrays.items():
+        for name, values in data.arrays.items():
             file[name] = values
+        for name, values in data.packed.items():
+            packing = _PACKING if values.size else {}
+            file.create_dataset(name, data=values, **packing)
         file.create_group("points")
         file.flush()
         return bytes(file.id.get_file_image())
@@ -324,6 +339,7 @@ def _header(file: h5py.File) -> BranchHeader:
         samples=int(series["samples"]),
         modes=int(series["modes"]),
         series=str(series["series"]),
+        inputs=json.loads(file.attrs.get("inputs", "{}")),
         model=ReducedModel(
             omega=np.array(model["omega"]),
             Phi=np.array(model["Phi"]),

@@ -12,7 +12,7 @@ import io
 import itertools
 import json
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,12 +31,17 @@ class Journal:
     """Writer of the points of one run.
 
     Attributes:
-        folder: Folder of the points.
+        where: Gives the folder of the points, which may be moved while the run goes on.
         numbers: Numbers of the points to come.
     """
 
-    folder: Path
+    where: Callable[[], Path]
     numbers: Iterator[int]
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the points."""
+        return self.where()
 
     def append(self, point: BranchPoint) -> None:
         """Keep a point, whatever happens to the run from now on.
@@ -65,17 +70,24 @@ def begin(branch: Path, known: Iterable[BranchPoint] = ()) -> None:
     folder = folder_beside(branch)
     part = folder.with_name(folder.name + PART)
     part.mkdir()
-    journal = Journal(part, itertools.count())
+    journal = Journal(lambda: part, itertools.count())
     for point in known:
         journal.append(point)
     part.rename(folder)
     sync_folder(folder.parent)
 
 
-def opened(branch: Path) -> Journal:
-    """The journal of a branch.h5, to add points to."""
-    folder = folder_beside(branch)
-    return Journal(folder, itertools.count(len(list(folder.glob("*.npz")))))
+def opened(branch: Callable[[], Path]) -> Journal:
+    """The journal of a branch.h5, to add points to.
+
+    Args:
+        branch: Gives the branch.h5, which may be moved while the run goes on.
+    """
+
+    def where() -> Path:
+        return folder_beside(branch())
+
+    return Journal(where, itertools.count(len(list(where().glob("*.npz")))))
 
 
 def read(branch: Path) -> tuple[BranchPoint, ...]:

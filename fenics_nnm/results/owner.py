@@ -12,7 +12,7 @@ import json
 import os
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from enum import Enum
 from pathlib import Path
@@ -73,6 +73,49 @@ def take(folder: Path) -> int:
         os.close(descriptor)
         raise
     return descriptor
+
+
+def owns(descriptor: int, folder: Path) -> bool:
+    """Whether a folder is the one that `take` gave this descriptor of."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.stat(folder / NAME))
+    except OSError:
+        return False
+
+
+def place_of(descriptor: int, folder: Path) -> Path:
+    """Where a folder of this process is now: it may have been moved with those that it is in.
+
+    Args:
+        descriptor: What `take` gave; on other processes any number.
+        folder: Where the folder was.
+
+    Returns:
+        Where it is; where it was if it is not known.
+    """
+    if owns(descriptor, folder):
+        return folder
+    try:
+        found = Path(os.readlink(f"/proc/self/fd/{descriptor}")).parent
+        if not owns(descriptor, found):
+            return folder
+        here = Path.cwd()
+    except OSError:
+        return folder
+    return found.relative_to(here) if found.is_relative_to(here) else found
+
+
+def taken_at(descriptor: int) -> int:
+    """When a folder was taken, in ns; it may be gone."""
+    return os.fstat(descriptor).st_mtime_ns
+
+
+def give_up(descriptor: int, folder: Path) -> None:
+    """Give a folder up; what is in it stays."""
+    with suppress(OSError):
+        if owns(descriptor, folder):
+            (folder / NAME).unlink()
+    os.close(descriptor)
 
 
 def retake(folder: Path) -> int | None:

@@ -42,17 +42,27 @@ _PREFIX, _OLDER, _REPLACED = ".running-", "older", "replaced"
 class Staging:
     """A folder that belongs to this run until it is given up.
 
+    It may be moved with the results folder while the run goes on.
+
     Attributes:
-        path: The folder.
-        results: Results folder that it is in.
+        claimed: Where the folder was made.
         made: Folders made for it, deepest first.
         descriptor: Of the file that says who the owner is; of use on the rank that claimed.
     """
 
-    path: Path
-    results: Path
+    claimed: Path
     made: tuple[Path, ...]
     descriptor: int
+
+    @property
+    def path(self) -> Path:
+        """Where the folder is now, on the rank that claimed."""
+        return owner.place_of(self.descriptor, self.claimed)
+
+    @property
+    def results(self) -> Path:
+        """Results folder that it is in."""
+        return self.path.parent
 
     @property
     def branch(self) -> Path:
@@ -61,9 +71,7 @@ class Staging:
 
     def release(self) -> None:
         """Give the folder up; what is in it stays."""
-        with suppress(OSError):
-            (self.path / owner.NAME).unlink(missing_ok=True)
-        os.close(self.descriptor)
+        owner.give_up(self.descriptor, self.path)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +100,7 @@ def claim(folder: Path) -> Staging:
         folder.mkdir(parents=True, exist_ok=True)
         with owner.alone_in(folder):  # so that no folder of a run that lives lacks its owner
             path = _new_folder(folder)
-            return Staging(path, folder, made, _taken(path, made))
+            return Staging(path, made, _taken(path, made))
     except (OSError, ValueError) as error:  # a null character is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise StudyError(f"output folder {folder}: cannot be written: {reason}") from error
@@ -127,8 +135,8 @@ def move_results(staging: Path, folder: Path) -> None:
 
 def rescue(staging: Staging) -> str:
     """Keep the points of a run that was stopped, without touching older results; say where."""
-    if not staging.path.exists():
-        return f"the results are in {staging.results}"
+    if not owner.owns(staging.descriptor, staging.path):
+        return _where_published(staging)
     points = _points_in(staging.path)
     try:
         if points:
@@ -186,6 +194,17 @@ def remove(staging: Path) -> None:
         staging.rmdir()
 
 
+def _where_published(staging: Staging) -> str:
+    """Where the results of a run are whose own folder is gone."""
+    written = staging.results / "branch.h5"
+    if written.exists() and written.stat().st_mtime_ns >= owner.taken_at(staging.descriptor):
+        return f"the results are in {staging.results}"
+    return (
+        f"{staging.path} was removed, or moved to another disk, while the run went on: what there "
+        "was is where it was moved to"
+    )
+
+
 def _new_folder(folder: Path) -> Path:
     number = 1
     while True:
@@ -221,10 +240,11 @@ def _keep(staging: Staging, points: tuple[BranchPoint, ...]) -> str:
         write_backbone(table, points)
     except OSError:  # the disk is full; the points are in branch.h5
         _remove(table)
-    if any((staging.results / name).exists() for name in RESULTS):
+    folder = staging.results
+    if any((folder / name).exists() for name in RESULTS):
         return f"{len(points)} points are in {staging.path}, older results are as they were"
-    move_results(staging.path, staging.results)
-    return f"{len(points)} points are in {staging.results}"
+    move_results(staging.path, folder)
+    return f"{len(points)} points are in {folder}"
 
 
 def _tidy(path: Path, folder: Path) -> None:

@@ -66,8 +66,7 @@ def _begun(ready: Ready, data: Data, blocks: Mapping[str, Blocks]) -> Points:
 
 
 def _solved(ready: Ready, known: Points, flexibility: FlexibilitySource | None = None) -> Branch:
-    path = ready.staging.branch
-    points = journal.opened(path)
+    points = journal.opened(lambda: ready.staging.branch)
     branch = ready.chosen.prepared.followed(
         flexibility=flexibility,
         known=known,
@@ -75,7 +74,7 @@ def _solved(ready: Ready, known: Points, flexibility: FlexibilitySource | None =
         stages=ready.job.stages,
     )
     with uninterrupted():
-        branch_file.finish(path, branch)
+        branch_file.finish(ready.staging.branch, branch)
     return branch
 
 

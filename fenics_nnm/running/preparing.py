@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 from mpi4py import MPI
 
@@ -12,15 +13,17 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.resolution.auto import Choice, choice
 from fenics_nnm.results.branch_file import BranchHeader
+from fenics_nnm.results.kept_mesh import KeptMesh, kept_mesh
 from fenics_nnm.results.resume import StoredRun, assert_nobody_runs, known_points, stored_run
 from fenics_nnm.results.staging import Staging, Stopped, stopped_runs
 from fenics_nnm.results.start import beginning
 from fenics_nnm.running.run_summary import versions
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.analysis import Analyse
+from fenics_nnm.structure.analysis import Analyse, linear_analysis
+from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import Study
-from fenics_nnm.study.inputs import input_digests
+from fenics_nnm.study.inputs import input_digests, input_files
 
 logger = logging.getLogger(__name__)
 
@@ -53,10 +56,12 @@ class Earlier:
     Attributes:
         stopped: What stopped runs left.
         stored: The run that points are taken over from.
+        mesh: Its mesh, which is taken over, too; none of matrices, or if its file has changed.
     """
 
     stopped: tuple[Stopped, ...] = ()
     stored: StoredRun | None = None
+    mesh: KeptMesh | None = None
 
     def points(self, prepared: Prepared) -> tuple[BranchPoint, ...]:
         """Stored points that are wanted again.
@@ -101,6 +106,7 @@ class Ready:
             modes=numbers.modes,
             series=mode.series,
             model=prepared.model_in_contact,
+            inputs=self.inputs,
         )
 
     def with_finer(self, chosen: Choice) -> Ready:
@@ -114,10 +120,13 @@ def prepare(job: Job, staging: Staging) -> Ready:
     Raises:
         NonlinearModeError: if the study cannot be run.
     """
-    earlier = on_root(job.comm, _earlier_runs, job, staging)
     inputs = on_root(job.comm, input_digests, job.study)
+    earlier = on_root(job.comm, _earlier_runs, job, staging, inputs)
+    shared, job = job.analyse is not None, _on_mesh_of(earlier, job)
     found = earlier.stored.header.resolution if earlier.stored else None
     chosen = choice(job.study, job.comm, job.stages, found=found, analyse=job.analyse)
+    if not shared:
+        report_notes(chosen.linear.notes(), job.comm)
     _tell_first_contact(chosen, job.comm)
     return Ready(job, staging, earlier, inputs, _from_start(job, chosen))
 
@@ -140,7 +149,14 @@ def _from_start(job: Job, chosen: Choice) -> Choice:
     return replace(chosen, prepared=prepared.beginning_at(begin))
 
 
-def _earlier_runs(job: Job, staging: Staging) -> Earlier:
+def _on_mesh_of(earlier: Earlier, job: Job) -> Job:
+    """The job with the mesh of an earlier run in place of its file."""
+    if earlier.mesh is None:
+        return job
+    return replace(job, analyse=partial(job.analyse or linear_analysis, stored=earlier.mesh))
+
+
+def _earlier_runs(job: Job, staging: Staging, inputs: Mapping[str, str]) -> Earlier:
     stopped = stopped_runs(staging.results)
     if not job.resume:
         _report(stopped)
@@ -149,7 +165,11 @@ def _earlier_runs(job: Job, staging: Staging) -> Earlier:
     stored = stored_run(staging.results, stopped, job.text)
     if stored is None:
         logger.warning("%s: no points to resume from: starting anew", staging.results)
-    return Earlier(stopped, stored)
+        return Earlier(stopped)
+    mesh = kept_mesh(stored.path, stored.header, inputs, input_files(job.study))
+    if mesh:
+        logger.info("the mesh is taken from %s", mesh.path)
+    return Earlier(stopped, stored, mesh)
 
 
 def _report(stopped: tuple[Stopped, ...]) -> None:

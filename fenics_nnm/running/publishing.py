@@ -22,11 +22,12 @@ from fenics_nnm.running.preparing import Ready
 from fenics_nnm.running.run_summary import run_summary
 
 
-def publish(ready: Ready, branch: Branch) -> dict[str, Any]:
+def publish(ready: Ready, branch: Branch) -> tuple[Path, dict[str, Any]]:
     """Write all that is made of a branch, and put it in the place of older results.
 
     Returns:
-        Contents of summary.json.
+        Folder of the results, which may have been moved since the run began, and contents of
+        summary.json.
 
     Raises:
         OSError: if something cannot be written.
@@ -38,18 +39,20 @@ def publish(ready: Ready, branch: Branch) -> dict[str, Any]:
         summary = run_summary(ready.chosen, branch, job.stages.timings, inputs=ready.inputs)
         on_root(job.comm, _write_tables, ready, branch, summary)
     with uninterrupted():
-        on_root(job.comm, _move, ready, branch)
-    return summary
+        return on_root(job.comm, _move, ready, branch), summary
 
 
-def _move(ready: Ready, branch: Branch) -> None:
-    move_results(ready.staging.path, ready.staging.results)
+def _move(ready: Ready, branch: Branch) -> Path:
+    folder = ready.staging.results
+    move_results(ready.staging.path, folder)
     remove_taken_over(ready.earlier.stopped, ready.job.text, branch)
+    return folder
 
 
 def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
     """Write ParaView files of the linear modes and of the motions asked for."""
-    comm, study, file = body.solid.tagged.mesh.comm, ready.chosen.study, ready.staging.branch
+    comm, study = body.solid.tagged.mesh.comm, ready.chosen.study
+    file = on_root(comm, lambda: ready.staging.branch)
     folder = file.with_name("fields")
     on_root(comm, folder.mkdir)
     write_linear_modes(folder / "linear_modes.vtu", body)

@@ -14,6 +14,7 @@ from mpi4py import MPI
 from fenics_nnm.backbone.arc_start import Begin
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.errors import ModelError, StudyError
+from fenics_nnm.fem.kept_mesh import StoredMesh
 from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.matrix_structure import MatrixStructure
@@ -39,19 +40,29 @@ __all__ = [
 Analyse = Callable[..., Linear]
 """A function with the arguments of `linear_analysis`."""
 
-_STRUCTURES: Mapping[type, Callable[[Any], Structure]] = {
+_STRUCTURES: Mapping[type, Callable[[Any, StoredMesh | None], Structure]] = {
     MeshStudy: MeshStructure,
-    MatrixStudy: MatrixStructure,
+    MatrixStudy: lambda study, stored: MatrixStructure(study),
 }
 
 
-def structure_of(study: Study) -> Structure:
-    """The structure of a study; nothing is computed."""
-    return _STRUCTURES[type(study)](study)
+def structure_of(study: Study, stored: StoredMesh | None = None) -> Structure:
+    """The structure of a study; nothing is computed.
+
+    Args:
+        study: Study.
+        stored: Its mesh as an earlier run has kept it, if it is to be that.
+    """
+    return _STRUCTURES[type(study)](study, stored)
 
 
 def linear_analysis(
-    study: Study, comm: MPI.Comm, stages: Stages | None = None, *, at_most: int | None = None
+    study: Study,
+    comm: MPI.Comm,
+    stages: Stages | None = None,
+    *,
+    at_most: int | None = None,
+    stored: StoredMesh | None = None,
 ) -> Linear:
     """All that is linear of a study: modes, attachment solutions and the reduced model.
 
@@ -62,11 +73,12 @@ def linear_analysis(
         comm: Communicator of the mesh.
         stages: Timings and progress.
         at_most: Number of modes in place of that of the study; fewer where the structure has fewer.
+        stored: The mesh of the study as an earlier run has kept it, in place of its file.
 
     Raises:
         NonlinearModeError: as `Structure.linear`, or as `with_reference`.
     """
-    found = structure_of(study).linear(comm, stages or Stages(), at_most=at_most)
+    found = structure_of(study, stored).linear(comm, stages or Stages(), at_most=at_most)
     return with_reference(found, study)
 
 

@@ -30,6 +30,15 @@ def group_table(tagged: TaggedMesh) -> list[str]:
     return lines + _cells(tagged) + notes + _coincident(surface)
 
 
+def facet_counts(tagged: TaggedMesh) -> dict[str, int]:
+    """Number of facets of each group, of as many groups as are listed; the same on all ranks."""
+    here = tagged.mesh.topology.index_map(tagged.dim - 1).size_local
+    return {
+        name: tagged.mesh.comm.allreduce(int((tagged.facets[name] < here).sum()))
+        for name in list(tagged.facets)[:_MOST_LISTED]
+    }
+
+
 def _measures(tagged: TaggedMesh, surface: Boundary, name: str) -> str:
     """Numbers of one group; facets inside the body are counted alone."""
     facets = tagged.facets[name]

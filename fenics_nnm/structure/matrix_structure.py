@@ -128,6 +128,10 @@ class MatrixLinear(MatrixAnalysis):
         """Nothing: matrices have no groups."""
         return []
 
+    def notes(self) -> list[str]:
+        """Nothing: matrices are taken as they are."""
+        return []
+
     def contact_name(self, point: int) -> str:
         """Number of a contact row."""
         return f"contact row {point + 1}"

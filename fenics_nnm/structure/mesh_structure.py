@@ -11,11 +11,12 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.blocks import Data
+from fenics_nnm.fem.blocks import KEPT_MESH, Data
 from fenics_nnm.fem.contact import ContactInterface, interface_at
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
 from fenics_nnm.fem.gathering import gathered_basis
 from fenics_nnm.fem.harmonic import HarmonicSolver
+from fenics_nnm.fem.kept_mesh import StoredMesh
 from fenics_nnm.fem.linear import (
     LinearAnalysis,
     craig_bampton_reduced,
@@ -33,8 +34,9 @@ from fenics_nnm.structure.body import body_of, excitations_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.group_table import group_table
+from fenics_nnm.structure.group_table import facet_counts, group_table
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
+from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.structure.mode_count import mode_count
 from fenics_nnm.structure.point_choice import (
@@ -59,9 +61,11 @@ class MeshStructure:
 
     Attributes:
         study: Study.
+        stored: Its mesh as an earlier run has kept it, if it is to be that.
     """
 
     study: MeshStudy
+    stored: StoredMesh | None = None
 
     @property
     def outline(self) -> Outline:
@@ -89,6 +93,7 @@ class MeshStructure:
         study, assembled = self.study, self._assembled(comm, stages)
         solid = assembled.solid
         interface = assembled.interface(evenly_spread(assembled.sites))
+        report_notes(solid.tagged.notes, comm)
         forces = excitations_of(study, solid.tagged.dim)
         with stages.stage("factors"):
             found = _modal_solver(study, solid)
@@ -102,7 +107,7 @@ class MeshStructure:
         """The body with the vertices that can become contact points."""
         study = self.study
         with stages.stage("mesh"):
-            tagged = tagged_mesh(study, comm)
+            tagged = tagged_mesh(study, comm, self.stored)
             clamped, clamps = clamped_facets(study, tagged), other_clamps(study, tagged.dim)
             patches = contact_patches(study.contact, tagged)
         with stages.stage("assembly"):
@@ -201,10 +206,12 @@ class MeshLinear(LinearAnalysis):
             "contact_points": interface.count,
             "contact_area_m2": float(interface.areas.sum()),
             "contact_patches": [dict(asdict(patch)) for patch in patch_summaries(interface)],
+            "facet_groups": facet_counts(self.solid.tagged),
+            "mesh_notes": self.notes(),
         }
 
     def data(self) -> Data:
-        """Contact points and mesh in memory, shapes in blocks."""
+        """Contact points and mesh in memory, shapes in blocks, and the mesh as it was read."""
         interface = self.interface
         contact = {
             "contact/points": interface.points,
@@ -214,7 +221,9 @@ class MeshLinear(LinearAnalysis):
             "contact/patch_names": np.array([name.encode() for name in interface.names]),
         }
         basis = gathered_basis(self)
-        return replace(basis, arrays={**contact, **basis.arrays})
+        kept = self.solid.tagged.as_read.arrays
+        packed = {f"{KEPT_MESH}/{name}": values for name, values in kept.items()}
+        return replace(basis, arrays={**contact, **basis.arrays}, packed=packed)
 
     def heading(self) -> list[str]:
         """Mesh, materials, attachments and contact in words."""
@@ -232,6 +241,10 @@ class MeshLinear(LinearAnalysis):
     def groups(self) -> list[str]:
         """Table of the named groups."""
         return group_table(self.solid.tagged)
+
+    def notes(self) -> list[str]:
+        """What was left out or changed on reading the mesh."""
+        return list(self.solid.tagged.notes)
 
     def contact_name(self, point: int) -> str:
         """Coordinates of a contact point, with its patch if there are several."""

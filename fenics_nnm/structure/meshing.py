@@ -8,7 +8,8 @@ from mpi4py import MPI
 
 from fenics_nnm.fem.cad import Refined, read_cad
 from fenics_nnm.fem.cad_model import Cad
-from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh
+from fenics_nnm.fem.kept_mesh import StoredMesh
+from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh, stored_mesh
 from fenics_nnm.fem.native import Limits
 from fenics_nnm.fem.picking import (
     Box,
@@ -31,8 +32,13 @@ Picker = Callable[[TaggedMesh], TaggedMesh]
 """Names groups of a mesh."""
 
 
-def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
+def tagged_mesh(study: MeshStudy, comm: MPI.Comm, stored: StoredMesh | None = None) -> TaggedMesh:
     """Read or generate the mesh of a study, and pick the groups it asks for.
+
+    Args:
+        study: Study.
+        comm: Communicator of the mesh.
+        stored: The mesh of the study as an earlier run has kept it, in place of its file.
 
     Raises:
         MeshError: if it cannot be used, or a group picks nothing.
@@ -42,6 +48,8 @@ def tagged_mesh(study: MeshStudy, comm: MPI.Comm) -> TaggedMesh:
     def pick(tagged: TaggedMesh) -> TaggedMesh:
         return with_groups(tagged, _picks(study.groups, tagged))
 
+    if stored is not None:
+        return pick(stored_mesh(stored, comm))
     make = _MAKE.get(type(study.mesh), _generated)
     return pick(make(study.mesh, pick, comm))
 

@@ -13,9 +13,11 @@ from typing import Any
 
 from mpi4py import MPI
 
+from fenics_nnm.fem.kept_mesh import StoredMesh
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Linear, linear_analysis, with_reference
+from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.study import Study
 from fenics_nnm.study.inputs import input_digests
 
@@ -43,18 +45,27 @@ class SharedAnalysis:
         stages: Stages | None = None,
         *,
         at_most: int | None = None,
+        stored: StoredMesh | None = None,
     ) -> Linear:
         """All that is linear of a study; arguments and errors are those of `linear_analysis`."""
         structure = on_root(comm, _identity_of, comm, study)
-        if structure != self._structure:
+        if structure != self._structure or not self._is_of(stored):
             self._structure, self._kept = structure, {}
         kept = self._kept.get(at_most)
         found = _with_contact_of(study, kept, stages or Stages()) if kept else None
         if found is None:
-            found = linear_analysis(study, comm, stages, at_most=at_most)
+            found = linear_analysis(study, comm, stages, at_most=at_most, stored=stored)
+            if not self._kept:
+                report_notes(found.notes(), comm)
             self._kept[at_most] = found
             self.made += 1
         return found
+
+    def _is_of(self, stored: StoredMesh | None) -> bool:
+        """Whether what is kept is of a mesh that an earlier run has kept, if it must be."""
+        bodies = [linear.body for linear in self._kept.values()]
+        digests = {body.solid.tagged.as_read.digest for body in bodies if body is not None}
+        return stored is None or digests <= {stored.digest}
 
 
 def values_of_structure(study: Study) -> dict[str, Any]:

@@ -121,6 +121,9 @@ class Linear(Protocol):
     def groups(self) -> list[str]:
         """Lines about named groups; none without a mesh."""
 
+    def notes(self) -> list[str]:
+        """Lines about what was left out or changed on reading its files."""
+
     def contact_name(self, point: int) -> str:
         """Which contact point it is: its place, or its number."""
 

@@ -66,7 +66,7 @@ def whole_run(folder):
     header = branch_file.BranchHeader("", {}, 1, 2, 4, 1, "time-reversible", model)
     points = [point(1.0 + n / 10, float(n)) for n in range(3)]
     branch_file.create(own.branch, header, Data({"mesh/points": np.zeros((5, 3))}))
-    written = journal.opened(own.branch)
+    written = journal.opened(lambda: own.branch)
     for number, each in enumerate(points):
         branch_file.append(written, each)
         os.write(noted, b"x")

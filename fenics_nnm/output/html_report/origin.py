@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from fenics_nnm.output.html_report.elements import Column, Html, element, paragraph, table, text
+from fenics_nnm.output.html_report.elements import (
+    Column,
+    Html,
+    bullets,
+    element,
+    paragraph,
+    table,
+    text,
+)
 from fenics_nnm.output.html_report.page import Section
 from fenics_nnm.output.html_report.words import plain
 from fenics_nnm.output.pictures.results import Results
@@ -11,7 +19,15 @@ from fenics_nnm.output.pictures.results import Results
 def study_file(results: Results) -> Section:
     """Text of the study file."""
     code = element("pre", element("code", text(results.header.study)), tabindex="0")
-    return Section("study", "Study file", (code,))
+    return Section("study", "Study file", (code, *_mesh_notes(results)))
+
+
+def _mesh_notes(results: Results) -> tuple[Html, ...]:
+    """What was left out or changed on reading the mesh, if anything was."""
+    notes = results.summary.get("mesh_notes", [])
+    if not notes:
+        return ()
+    return element("h3", text("What was changed or left out of the mesh file")), bullets(notes)
 
 
 def versions(results: Results) -> Section:

@@ -1,0 +1,95 @@
+"""The mesh that a stored run was solved on, so that `--resume` needs neither its file nor gmsh."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+
+from fenics_nnm.fem.blocks import KEPT_MESH
+from fenics_nnm.fem.kept_mesh import mesh_as_read
+from fenics_nnm.fem.raw_mesh import RawMesh, raw_of
+from fenics_nnm.files.bounds import assert_fits
+from fenics_nnm.results import branch_file
+from fenics_nnm.results.branch_file import BranchHeader
+
+#: Mesh files that are one of several, whose digest says nothing of the others: those that include
+#: or merge files, by what stands in them, and those that always have a second one.
+_NAMES_OTHERS = re.compile(rb"(?i)\b(include|merge|\w*fromfile|systemcall)\b|\binput\s*=")
+_MAY_NAME_OTHERS = (".inp", ".bdf", ".dat", ".nas", ".fem", ".geo")
+_OF_SEVERAL = (".xdmf", ".xmf")
+
+#: Keys of a study whose files the mesh is made of begin so.
+_OF_MESH = "mesh."
+
+
+@dataclass(frozen=True, slots=True)
+class KeptMesh:
+    """The mesh in a branch.h5.
+
+    Attributes:
+        path: The branch.h5.
+        digest: Digest of the mesh.
+        metres: Metres in one unit of its coordinates.
+    """
+
+    path: Path
+    digest: str
+    metres: float
+
+    def read(self) -> RawMesh:
+        """The mesh.
+
+        Raises:
+            OutputError: if the file is damaged.
+        """
+        return _read(self.path)[0]
+
+
+def kept_mesh(
+    path: Path, header: BranchHeader, inputs: Mapping[str, str], files: Mapping[str, Path]
+) -> KeptMesh | None:
+    """The mesh of a stored run, if it is that of a study.
+
+    It is not where a file that it is made of has changed, or may have: then the mesh is made anew.
+    Files that are gone have not changed.
+
+    Args:
+        path: Its branch.h5.
+        header: What it holds besides its points.
+        inputs: Digests of the files that the study names now, by key.
+        files: These files.
+
+    Raises:
+        OutputError: if branch.h5 is damaged.
+    """
+    there = {key: digest for key, digest in inputs.items() if key.startswith(_OF_MESH)}
+    if any(header.inputs.get(key) != digest for key, digest in there.items()):
+        return None
+    if any(_names_others(files[key]) for key in there):
+        return None
+    with branch_file.reading(path), h5py.File(path, "r") as file:
+        if KEPT_MESH not in file:
+            return None
+    raw, metres = _read(path)
+    return KeptMesh(path, mesh_as_read(raw, metres).digest, metres)
+
+
+def _read(path: Path) -> tuple[RawMesh, float]:
+    """The mesh of a branch.h5 whose seal was looked at, and metres in one unit of it."""
+    with branch_file.reading(path), h5py.File(path, "r") as file:
+        group = file[KEPT_MESH]
+        for name, values in group.items():
+            assert_fits(values.nbytes, name)
+        return raw_of(group), float(group["metres"][0])
+
+
+def _names_others(path: Path) -> bool:
+    """Whether a mesh file may be one of several."""
+    suffix = path.suffix.lower()
+    if suffix in _OF_SEVERAL:
+        return True
+    return suffix in _MAY_NAME_OTHERS and bool(_NAMES_OTHERS.search(path.read_bytes()))

@@ -16,6 +16,7 @@ from killed_runs import failing_after
 from mpi4py import MPI
 
 from fenics_nnm.backbone.follow import EnergyContinuation
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.cli import main
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.blocks import Data
@@ -23,6 +24,7 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.mechanics.fourier import CosineSeries
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.results import branch_file, owner
+from fenics_nnm.results.journal import Journal
 from fenics_nnm.results.resume import (
     StoredRun,
     difference,
@@ -60,6 +62,24 @@ def stopped(text: str, folder: Path, points: int) -> None:
 
 def found(folder: Path, text: str) -> StoredRun | None:
     return stored_run(folder, stopped_runs(folder), text)
+
+
+def test_a_results_folder_may_be_renamed_during_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    original = branch_file.append
+
+    def renaming(points: Journal, point: BranchPoint) -> None:
+        original(points, point)
+        if Path("old").exists():
+            Path("old").rename("new")
+
+    monkeypatch.setattr(branch_file, "append", renaming)
+    ended = run(toml(ROD), Path("old"))
+    assert ended.folder == Path("new") and not Path("old").exists()
+    assert {path.name for path in Path("new").iterdir()} >= {"branch.h5", "fields", "summary.json"}
+    assert len(branch_file.read(Path("new/branch.h5"))[1]) == len(ended.branch.points) == 4
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from mpi4py import MPI
 
 from fenics_nnm.errors import OutputError, StudyError
-from fenics_nnm.results.staging import living_run
+from fenics_nnm.results.staging import living_run, move_results
 from fenics_nnm.running.claiming import claimed
 
 COMM = MPI.COMM_SELF
@@ -53,3 +56,38 @@ def test_an_error_of_ours_stays_as_it_is(tmp_path: Path) -> None:
     with pytest.raises(OutputError) as raised, claimed(tmp_path / "out", COMM):
         raise own
     assert raised.value is own
+
+
+def test_a_folder_that_is_renamed_is_followed(tmp_path: Path, monkeypatch: Any) -> None:
+    """Also where another run has begun in a new folder of the old name."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(StudyError) as raised, claimed(Path("old"), COMM) as staging:
+        staging.branch.write_text("not a branch")
+        Path("old").rename("new")
+        assert staging.path == Path("new/.running-1")
+        with claimed(Path("old"), COMM) as other:
+            assert other.path == Path("old/.running-1")
+            assert staging.results == Path("new")
+        raise StudyError("no")
+    assert raised.value.__notes__ == ["what there is stays in new/.running-1"]
+    assert living_run(Path("new")) is None
+
+
+def test_a_folder_that_is_gone_is_said_to_be(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    with pytest.raises(OutputError) as raised, claimed(folder, COMM) as staging:
+        (folder / "branch.h5").write_text("older results")
+        os.utime(folder / "branch.h5", (1e9, 1e9))
+        shutil.rmtree(staging.path)
+        staging.branch.write_text("lost")
+    assert "No such file or directory" in str(raised.value)
+    assert "was removed, or moved to another disk" in raised.value.__notes__[0]
+
+
+def test_results_that_were_moved_are_said_where(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    with pytest.raises(KeyboardInterrupt) as raised, claimed(folder, COMM) as staging:
+        staging.branch.write_text("a branch")
+        move_results(staging.path, folder)
+        raise KeyboardInterrupt
+    assert raised.value.__notes__ == [f"the results are in {folder}"]

@@ -2,10 +2,20 @@
 
 import sys
 
+from fenics_nnm.interrupts import ending_at_once
 from fenics_nnm.processes import without_current_folder
 
-sys.path[:] = without_current_folder(sys.path)
 
-from fenics_nnm.cli import main  # noqa: E402  # from the path without the current folder
+def main() -> int:
+    """Run the command line and return its exit code; a Ctrl-C on the way to it ends in silence."""
+    sys.path[:] = without_current_folder(sys.path)
+    ending_at_once()
+    from fenics_nnm.cli import main as run  # from the path without the current folder
 
-sys.exit(main())
+    code = run()
+    ending_at_once()
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

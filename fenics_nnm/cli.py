@@ -15,6 +15,8 @@ from fenics_nnm.commands import COMMANDS
 from fenics_nnm.commands.shared import BAD_INPUT, INCOMPLETE, complain
 from fenics_nnm.commands.warnings_shown import show_by_line
 from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
+from fenics_nnm.files.caches import use_writable_caches
+from fenics_nnm.interrupts import raised
 from fenics_nnm.study.error_keys import one_line
 
 if TYPE_CHECKING:
@@ -32,9 +34,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ["PETSC_OPTIONS"] = f"{options} {_NO_HANDLER}".strip()
     arguments = _parser().parse_args(argv)
     sys.argv = [each.encode("utf-8", "replace").decode() for each in sys.argv]  # dolfinx reads them
+    try:
+        use_writable_caches()
+    except OutputError as error:
+        complain(one_line(error))
+        return INCOMPLETE
     from mpi4py import MPI
 
     _configure_logging(verbose=arguments.verbose and MPI.COMM_WORLD.rank == 0)
+    raised()
     comm = MPI.COMM_WORLD.Dup() if MPI.COMM_WORLD.size > 1 else MPI.COMM_WORLD
     try:
         return int(arguments.action(arguments))

@@ -11,6 +11,21 @@ from types import FrameType
 Handler = Callable[[int, FrameType | None], None]
 
 
+def ending_at_once() -> None:
+    """Let Ctrl-C end the process in silence, where nothing is begun or all is done.
+
+    Where it is ignored, as behind nohup, it stays so.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def raised() -> None:
+    """Have Ctrl-C raise KeyboardInterrupt again, so that work ends in order."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @contextmanager
 def terminable() -> Iterator[None]:
     """Take SIGTERM, which mpirun and batch systems send, for a Ctrl-C.
@@ -22,8 +37,12 @@ def terminable() -> Iterator[None]:
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Hold back KeyboardInterrupt until the context ends."""
+def uninterrupted() -> Iterator[Callable[[], bool]]:
+    """Hold back KeyboardInterrupt until the context ends.
+
+    Yields:
+        Whether one is held back.
+    """
     received = False
 
     def note(number: int, frame: FrameType | None) -> None:
@@ -31,7 +50,7 @@ def uninterrupted() -> Iterator[None]:
         received = True
 
     with _handled((signal.SIGINT, signal.SIGTERM), note):
-        yield
+        yield lambda: received
     if received:
         raise KeyboardInterrupt
 

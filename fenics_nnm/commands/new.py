@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show
-from fenics_nnm.errors import StudyError
+from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.templates import KINDS, ROTORS, write_template
 
 
@@ -38,7 +38,11 @@ def _new(arguments: argparse.Namespace) -> int:
         raise StudyError(f"--rotor {arguments.rotor}: belongs to blade, not to {arguments.kind}")
     rotor = arguments.rotor or ROTORS[0]
     comm = MPI.COMM_WORLD
-    files = on_root(comm, write_template, arguments.kind, arguments.target, rotor=rotor)
+    try:
+        files = on_root(comm, write_template, arguments.kind, arguments.target, rotor=rotor)
+    except OSError as error:
+        named = error.filename or arguments.target
+        raise OutputError(f"{named}: cannot be written: {error.strerror or error}") from error
     console = console_of(comm)
     for file in files:
         show(console, f"wrote {file}")

@@ -11,6 +11,7 @@ from dolfinx.io import distribute_entity_data
 from dolfinx.mesh import Geometry, Mesh
 
 from fenics_nnm.arrays import Indices
+from fenics_nnm.fem import jit
 
 try:
     from dolfinx.io import gmsh as _gmsh
@@ -24,6 +25,8 @@ __all__ = [
     "distribute_entity_data",
     "ufl_mesh",
 ]
+
+jit.make_safe()  # this module is imported before any form is made
 
 cell_permutation = _gmsh.cell_perm_array
 ufl_mesh = _gmsh.ufl_mesh

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.point import (
     FREQUENCY_RATIO,
     GAMMA_RATIO,

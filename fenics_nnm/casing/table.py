@@ -17,7 +17,7 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import GeometryError
 from fenics_nnm.geometry.csv_table import read_table
-from fenics_nnm.geometry.parameters import METRES
+from fenics_nnm.geometry.lengths import METRES
 
 #: Fewest angles of a table, and the widest angle between two of them in radians.
 _FEWEST, _WIDEST = 4, 2 * np.pi / 3 + 1e-9

@@ -49,6 +49,7 @@ def _check(arguments: argparse.Namespace) -> int:
     from fenics_nnm.output.description import describe
     from fenics_nnm.output.pictures.groups import draw_groups
     from fenics_nnm.resolution.auto import provisional
+    from fenics_nnm.running.trust import log_warnings
     from fenics_nnm.structure.analysis import structure_of
 
     (study, _), picture = asked_study(arguments), arguments.picture
@@ -58,7 +59,7 @@ def _check(arguments: argparse.Namespace) -> int:
     try:
         with stages_of(console, arguments) as stages:
             shown = provisional(study, MPI.COMM_WORLD, stages)
-            text = describe(shown.prepared)
+            text, warnings = describe(shown.prepared), shown.prepared.warnings()
     except (MeshError, ModelError) as error:
         _draw_groups(outline, picture, error)
         raise
@@ -68,6 +69,8 @@ def _check(arguments: argparse.Namespace) -> int:
             f"{study.tolerance:g} needs; this is with {shown.study.resolution}"
         )
     show(console, text)
+    if MPI.COMM_WORLD.rank == 0:
+        log_warnings(warnings)
     body = shown.linear.body
     if picture and outline and body:
         tagged, interface = body.solid.tagged, body.interface

@@ -15,7 +15,7 @@ from fenics_nnm.fem.mesh import TaggedMesh, spread_mesh
 from fenics_nnm.fem.mesh_file import assert_file
 from fenics_nnm.fem.native import Limits, in_own_process
 from fenics_nnm.fem.raw_mesh import RawMesh
-from fenics_nnm.geometry.parameters import METRES
+from fenics_nnm.geometry.lengths import METRES
 
 #: Most parts that the edge of a facet is divided into where distances from it are measured.
 _MOST_PARTS = 30

@@ -19,10 +19,10 @@ from fenics_nnm.fem.given_file import PrivateFolder
 from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
 from fenics_nnm.fem.native_errors import FileErrors
 from fenics_nnm.fem.raw_mesh import RawMesh
-from fenics_nnm.geometry.parameters import METRES
+from fenics_nnm.geometry.lengths import METRES
 
 #: OpenCASCADE's names of units.
-_OCC_UNITS = {"m": "M", "cm": "CM", "mm": "MM", "in": "INCH", "ft": "FT"}
+_OCC_UNITS = {"m": "M", "cm": "CM", "mm": "MM", "in": "INCH", "ft": "FT", "um": "UM", "mil": "MIL"}
 
 _IGES = (".iges", ".igs")
 

@@ -6,17 +6,20 @@ import re
 from pathlib import Path
 
 #: Names of units in STEP files, those of conversions included.
-_STEP_UNITS = {"METRE": "m", "CENTI": "cm", "MILLI": "mm", "INCH": "in", "FOOT": "ft", "FEET": "ft"}
+_STEP_UNITS = {
+    **{"METRE": "m", "CENTI": "cm", "MILLI": "mm", "MICRO": "um"},
+    **{"INCH": "in", "FOOT": "ft", "FEET": "ft", "MIL": "mil", "MILS": "mil"},
+}
 
 #: Numbers of units in the global section of IGES files.
-_IGES_UNITS = {"1": "in", "2": "mm", "4": "ft", "6": "m", "10": "cm"}
+_IGES_UNITS = {"1": "in", "2": "mm", "4": "ft", "6": "m", "8": "mil", "9": "um", "10": "cm"}
 
 #: Parameter of the global section of an IGES file that has the unit, from 0.
 _IGES_PLACE = 13
 
 
 def declared_unit(path: Path) -> str | None:
-    """Unit of a STEP or IGES file: m, cm, mm, in or ft; None where there is none, or several.
+    """Unit of a STEP or IGES file, a key of `METRES`; None where there is none, or several.
 
     STEP: ISO 10303-41, entities LENGTH_UNIT; IGES 5.3: parameter 14 of the global section.
     """

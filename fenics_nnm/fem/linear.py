@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.attachment import Attachment
@@ -43,6 +44,14 @@ class LinearAnalysis:
     def model(self) -> ReducedModel:
         """Reduced model."""
         return self.reduction.model
+
+    def largest_displacement(self, q: Array, force: Array) -> float:
+        """Largest displacement component in m, of coordinates in kg^1/2 m and forces in N.
+
+        To be called on all ranks.
+        """
+        here = np.abs(self.reduction.displacement(q, force)).max(initial=0.0)
+        return float(self.solid.tagged.mesh.comm.allreduce(here, op=MPI.MAX))
 
 
 def massless_reduced(

@@ -10,7 +10,7 @@ import numpy as np
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from fenics_nnm.arrays import Indices
+from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.built_in import built_in
@@ -20,7 +20,7 @@ from fenics_nnm.fem.native import Limits, in_own_process
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.fem.spreading import distributed
 from fenics_nnm.geometry import Geometry
-from fenics_nnm.geometry.parameters import METRES
+from fenics_nnm.geometry.lengths import METRES
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +50,16 @@ class TaggedMesh:
         """Dimension of the body: 1, 2 or 3."""
         return int(self.mesh.topology.dim)
 
-    def _box(self) -> str:
-        """Ranges of the coordinates in m; all ranks call this."""
+    def bounds(self) -> Array:
+        """Smallest and largest coordinates in m, shape (2, dim); all ranks call this."""
         x, comm = self.mesh.geometry.x[:, : self.dim], self.mesh.comm
         low = np.min(comm.allgather(x.min(axis=0, initial=np.inf)), axis=0)
         high = np.max(comm.allgather(x.max(axis=0, initial=-np.inf)), axis=0)
-        return " x ".join(f"[{a:.5g}, {b:.5g}]" for a, b in zip(low, high, strict=True))
+        return np.stack([low, high])
+
+    def _box(self) -> str:
+        """Ranges of the coordinates in m; all ranks call this."""
+        return " x ".join(f"[{a:.5g}, {b:.5g}]" for a, b in self.bounds().T)
 
     def facets_of(self, names: tuple[str, ...], what: str) -> Indices:
         """Local facets of all the named groups together.

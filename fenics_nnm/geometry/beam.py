@@ -5,12 +5,13 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from fenics_nnm.geometry.lengths import LengthUnit
 from fenics_nnm.geometry.parameters import (
     Count,
+    Factor,
     GeometryRecord,
     GmshModel,
     Length,
-    LengthUnit,
     check_count,
 )
 
@@ -42,7 +43,7 @@ class Beam(GeometryRecord):
     length: Length = Field(description="size along x, in length_unit")
     width: Length = Field(description="size along y at x = 0, in length_unit")
     height: Length = Field(description="size along z at x = 0, in length_unit")
-    tip_scale: Length = Field(
+    tip_scale: Factor = Field(
         default=1.0, description="width and height at x = length over those at x = 0 (no unit)"
     )
     elements: tuple[Count, Count, Count] = Field(description="grid intervals along x, y and z")

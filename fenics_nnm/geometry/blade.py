@@ -20,14 +20,8 @@ from fenics_nnm.geometry.design import (
     is_design,
     read_design,
 )
-from fenics_nnm.geometry.parameters import (
-    Count,
-    GeometryRecord,
-    GmshModel,
-    Length,
-    LengthUnit,
-    check_count,
-)
+from fenics_nnm.geometry.lengths import LengthUnit
+from fenics_nnm.geometry.parameters import Count, GeometryRecord, GmshModel, Length, check_count
 from fenics_nnm.geometry.section_lines import MOST_EDGE_CUT, SectionLines, section_lines
 from fenics_nnm.geometry.sections import Section, sections_of
 from fenics_nnm.geometry.walls import WallLine, wall_of

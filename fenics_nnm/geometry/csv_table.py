@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fenics_nnm.errors import GeometryError
-from fenics_nnm.geometry.parameters import METRES
+from fenics_nnm.geometry.lengths import METRES
 
 
 @dataclass(frozen=True, slots=True)

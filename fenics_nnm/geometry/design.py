@@ -23,7 +23,8 @@ from scipy.interpolate import PchipInterpolator
 
 from fenics_nnm.errors import GeometryError
 from fenics_nnm.geometry.csv_table import CsvTable, Row, with_units
-from fenics_nnm.geometry.parameters import METRES, Coordinate, GeometryRecord, Length
+from fenics_nnm.geometry.lengths import METRES
+from fenics_nnm.geometry.parameters import Coordinate, GeometryRecord, Length
 from fenics_nnm.geometry.section_lines import SectionLines, cartesian
 
 Profile = Literal["naca", "biconvex"]

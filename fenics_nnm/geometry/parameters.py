@@ -1,19 +1,19 @@
-"""What all built-in geometries share: number types, length units, the frozen record."""
+"""What all built-in geometries share: number types, the frozen record."""
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
+
+from fenics_nnm.geometry.lengths import InUnitOfMesh
 
 GmshModel = Any
 """`gmsh.model`: a class that gmsh uses as a name space, so it has no type of its own."""
 
-LengthUnit = Literal["m", "cm", "mm", "in", "ft"]
-
-METRES: dict[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
-"""Metres in one length unit."""
-
-Length = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False, strict=True)]
-Coordinate = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False, strict=True)]
+Factor = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False, strict=True)]
+Length = Annotated[Factor, InUnitOfMesh]
+Coordinate = Annotated[
+    float, Field(ge=-1e9, le=1e9, allow_inf_nan=False, strict=True), InUnitOfMesh
+]
 Count = Annotated[int, Field(gt=0, le=1_000_000, strict=True)]
 
 

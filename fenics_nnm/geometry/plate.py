@@ -5,14 +5,8 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.geometry.parameters import (
-    Count,
-    GeometryRecord,
-    GmshModel,
-    Length,
-    LengthUnit,
-    check_count,
-)
+from fenics_nnm.geometry.lengths import LengthUnit
+from fenics_nnm.geometry.parameters import Count, GeometryRecord, GmshModel, Length, check_count
 
 
 class Plate(GeometryRecord):

@@ -4,7 +4,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from fenics_nnm.geometry.parameters import Count, GeometryRecord, GmshModel, Length, LengthUnit
+from fenics_nnm.geometry.lengths import LengthUnit
+from fenics_nnm.geometry.parameters import Count, GeometryRecord, GmshModel, Length
 
 
 class Rod(GeometryRecord):

@@ -15,7 +15,7 @@ import numpy as np
 
 from fenics_nnm.errors import GeometryError
 from fenics_nnm.geometry.csv_table import CsvTable, read_table
-from fenics_nnm.geometry.parameters import METRES
+from fenics_nnm.geometry.lengths import METRES
 
 _FEWEST_POINTS = 5
 

@@ -4,7 +4,8 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.geometry.parameters import GeometryRecord, GmshModel, Length, LengthUnit
+from fenics_nnm.geometry.lengths import LengthUnit
+from fenics_nnm.geometry.parameters import GeometryRecord, GmshModel, Length
 from fenics_nnm.geometry.rectangles import Rectangles
 
 

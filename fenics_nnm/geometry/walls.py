@@ -10,7 +10,8 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from fenics_nnm.errors import GeometryError
 from fenics_nnm.geometry.csv_table import CsvTable, read_table
-from fenics_nnm.geometry.parameters import METRES, Coordinate, GmshModel, Length
+from fenics_nnm.geometry.lengths import METRES
+from fenics_nnm.geometry.parameters import Coordinate, GmshModel, Length
 
 WallLine = Path | Annotated[tuple[tuple[Coordinate, Length], ...], Field(min_length=2)]
 """Points (x, r) of a wall, or the table that has them."""

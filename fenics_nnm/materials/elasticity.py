@@ -35,6 +35,10 @@ class Law(Protocol):
         """Whether it depends on the directions of the material axes."""
 
     @property
+    def moduli(self) -> tuple[float, ...]:
+        """Young's moduli in Pa, one or three."""
+
+    @property
     def stiffness(self) -> Array:
         """Stiffness matrix in Pa, shape (6, 6)."""
 
@@ -59,6 +63,11 @@ class Isotropic:
     def directional(self) -> bool:
         """All directions are alike."""
         return False
+
+    @property
+    def moduli(self) -> tuple[float, ...]:
+        """Young's modulus in Pa."""
+        return (self.young,)
 
     @property
     def words(self) -> str:
@@ -109,6 +118,11 @@ class Orthotropic:
     def directional(self) -> bool:
         """Each of the material axes has constants of its own."""
         return True
+
+    @property
+    def moduli(self) -> tuple[float, ...]:
+        """Young's moduli E1, E2, E3 in Pa."""
+        return self.young
 
     @property
     def words(self) -> str:

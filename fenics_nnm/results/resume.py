@@ -23,8 +23,8 @@ from fenics_nnm.study.leaves import leaves
 from fenics_nnm.study.messages import shown
 
 #: Sections of a study that may differ: they say which points are wanted and what is written of
-#: them. Of the continuation some keys matter, see `_leaves`.
-_FREE = ("title", "continuation", "damping", "excitation", "response", "output")
+#: them, or, as units, nothing once it is read. Of the continuation some keys matter, see `_leaves`.
+_FREE = ("title", "length_unit", "continuation", "damping", "excitation", "response", "output")
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from fenics_nnm.results.resume import StoredRun, assert_nobody_runs, known_point
 from fenics_nnm.results.staging import Staging, Stopped, stopped_runs
 from fenics_nnm.results.start import beginning
 from fenics_nnm.running.run_summary import versions
+from fenics_nnm.running.trust import log_warnings
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse, linear_analysis
 from fenics_nnm.structure.mesh_notes import report_notes
@@ -84,6 +85,7 @@ class Ready:
         earlier: Earlier runs.
         inputs: Digests of the files that the study names, by key.
         chosen: The study with all its numbers, and what is linear of it.
+        warnings: What looks like a wrong unit or direction in the study, a line each.
     """
 
     job: Job
@@ -91,6 +93,7 @@ class Ready:
     earlier: Earlier
     inputs: Mapping[str, str]
     chosen: Choice
+    warnings: tuple[str, ...] = ()
 
     @property
     def header(self) -> BranchHeader:
@@ -128,7 +131,10 @@ def prepare(job: Job, staging: Staging) -> Ready:
     if not shared:
         report_notes(chosen.linear.notes(), job.comm)
     _tell_first_contact(chosen, job.comm)
-    return Ready(job, staging, earlier, inputs, _from_start(job, chosen))
+    warnings = chosen.prepared.warnings()
+    if job.comm.rank == 0:
+        log_warnings(warnings)
+    return Ready(job, staging, earlier, inputs, _from_start(job, chosen), warnings)
 
 
 def _tell_first_contact(chosen: Choice, comm: MPI.Comm) -> None:

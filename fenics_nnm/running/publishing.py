@@ -36,7 +36,13 @@ def publish(ready: Ready, branch: Branch) -> tuple[Path, dict[str, Any]]:
     with job.stages.stage("output"):
         if body:  # without a mesh there is nothing to see in ParaView
             _write_fields(ready, body, branch)
-        summary = run_summary(ready.chosen, branch, job.stages.timings, inputs=ready.inputs)
+        summary = run_summary(
+            ready.chosen,
+            branch,
+            job.stages.timings,
+            inputs=ready.inputs,
+            warnings=ready.warnings,
+        )
         on_root(job.comm, _write_tables, ready, branch, summary)
     with uninterrupted():
         return on_root(job.comm, _move, ready, branch), summary

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib import metadata
 from typing import Any
@@ -44,6 +44,7 @@ def run_summary(
     timings: Mapping[str, float],
     *,
     inputs: Mapping[str, str],
+    warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
     """What is written of a run; called on all ranks.
 
@@ -52,6 +53,7 @@ def run_summary(
         branch: The branch.
         timings: Seconds of each stage.
         inputs: Digests of the files that the study names, by key.
+        warnings: What looks like a wrong unit or direction in the study.
     """
     prepared, study, linear = chosen.prepared, chosen.study, chosen.linear
     first = prepared.mode
@@ -83,6 +85,7 @@ def run_summary(
         "complete": branch.complete,
         "failures": _failures(prepared, branch),
         "reason": branch.reason,
+        "warnings": list(warnings),
         "timings": dict(timings),
         "inputs_sha256": dict(inputs),
         "versions": versions(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -14,6 +15,12 @@ logger = logging.getLogger(__name__)
 
 #: What to do about points that failed, where the numbers of a study were given.
 RAISE = "raise mode.harmonics and mode.samples"
+
+
+def log_warnings(lines: Iterable[str]) -> None:
+    """Show warnings about a study, a line each."""
+    for line in lines:
+        logger.warning("%s", line)
 
 
 def warn_of_points(branch: Branch, advice: str = RAISE) -> None:

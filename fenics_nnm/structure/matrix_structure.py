@@ -141,6 +141,10 @@ class MatrixLinear(MatrixAnalysis):
         largest = np.abs(self.reduction.displacement(q, force)).max()
         return f"{largest:.4g} m (rad, if it is a rotation)"
 
+    def warnings(self, study: MatrixStudy, mode: int) -> list[str]:
+        """Nothing: matrices say neither how large the body is, nor of what material."""
+        return []
+
 
 def _cubic_springs(study: MatrixStudy, matrices: Matrices) -> AttachedPoints:
     """Unknowns with cubic springs.

@@ -48,6 +48,7 @@ from fenics_nnm.structure.point_choice import (
     evenly_spread,
     same_points,
 )
+from fenics_nnm.structure.sanity import mesh_warnings
 from fenics_nnm.structure.structure import Outline
 from fenics_nnm.study import MeshStudy
 
@@ -255,9 +256,11 @@ class MeshLinear(LinearAnalysis):
 
     def largest(self, q: Array, force: Array) -> str:
         """Largest displacement component of coordinates in kg^1/2 m and contact forces in N."""
-        largest = np.abs(self.reduction.displacement(q, force)).max(initial=0.0)
-        largest = self.solid.tagged.mesh.comm.allreduce(largest, op=MPI.MAX)
-        return f"{largest:.4g} m"
+        return f"{self.largest_displacement(q, force):.4g} m"
+
+    def warnings(self, study: MeshStudy, mode: int) -> list[str]:
+        """As `Linear.warnings`."""
+        return mesh_warnings(study, self, mode)
 
 
 def _reduced(

@@ -69,6 +69,10 @@ class Prepared:
         reduction = self.linear.reduction
         return ReducedOrder(reduction.truncation, reduction.forces)
 
+    def warnings(self) -> tuple[str, ...]:
+        """What looks like a wrong unit or direction, a line each; to be called on all ranks."""
+        return tuple(self.linear.warnings(self.study, self.mode))
+
     def outlook(self) -> Outlook:
         """A look ahead at the branch."""
         forces = self.linear.reduction.forces

@@ -127,5 +127,13 @@ class Linear(Protocol):
     def contact_name(self, point: int) -> str:
         """Which contact point it is: its place, or its number."""
 
+    def warnings(self, study: Any, mode: int) -> list[str]:
+        """What looks like a wrong unit or direction in its study, a line each.
+
+        Args:
+            study: Its study, so one of its kind.
+            mode: Index of the mode that is followed, from 0.
+        """
+
     def largest(self, q: Array, force: Array) -> str:
         """Largest displacement, with its unit, of coordinates in kg^1/2 m and forces in N."""

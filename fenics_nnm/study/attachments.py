@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.study.record import Count, Finite, FromList, Names, Positive, Record, Vector
+from fenics_nnm.study.record import Count, Finite, FromList, Names, Place, Positive, Record
 
 Stiffnesses = Annotated[
     tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...],
@@ -18,7 +18,7 @@ Cubics = Annotated[tuple[Finite, ...], Field(min_length=1, max_length=3), FromLi
 
 
 class _Attached(Record):
-    at: Vector | None = Field(None, description="coordinates in m: the nearest vertex is taken")
+    at: Place | None = Field(None, description="coordinates in m: the nearest vertex is taken")
     facets: Names | None = Field(None, description="name of a group of facets, or a list of names")
 
     @model_validator(mode="after")

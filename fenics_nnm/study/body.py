@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, Tag, model_validator
 
-from fenics_nnm.study.record import FromList, Names, Positive, Record
+from fenics_nnm.study.record import FromList, Length, Names, Positive, Record
 from fenics_nnm.study.tagged import by_key
 
 _THEORIES = "rod in 1-D, plane-stress or plane-strain in 2-D, solid in 3-D"
@@ -34,7 +34,7 @@ class PlaneSection(_Body):
     """A plane body in 2-D."""
 
     theory: Literal["plane-stress", "plane-strain"] = Field(description=_THEORIES)
-    thickness: Positive = Field(description="thickness of a plane body in m")
+    thickness: Length = Field(description="thickness of a plane body in m")
 
     @property
     def extent(self) -> float:

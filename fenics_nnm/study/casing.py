@@ -22,11 +22,21 @@ from fenics_nnm.casing import (
     read_radii,
 )
 from fenics_nnm.study.messages import shown
-from fenics_nnm.study.record import Count, Finite, FromList, Positive, Record, Vector, axis_vector
+from fenics_nnm.study.record import (
+    Coordinate,
+    Count,
+    Finite,
+    FromList,
+    Length,
+    Place,
+    Record,
+    Vector,
+    axis_vector,
+)
 from fenics_nnm.study.tagged import by_key
 
 Pairs = Annotated[
-    tuple[Annotated[tuple[Finite, Positive], FromList], ...], Field(min_length=2), FromList
+    tuple[Annotated[tuple[Coordinate, Length], FromList], ...], Field(min_length=2), FromList
 ]
 Axis = Literal["x", "y", "z"] | Vector
 
@@ -46,7 +56,7 @@ class AnyCasing(Record):
     """
 
     shape: str
-    clearance: Finite = Field(0.0, description="added to the distance, in m")
+    clearance: Coordinate = Field(0.0, description="added to the distance, in m")
 
     @property
     def word(self) -> str:
@@ -74,7 +84,7 @@ class PlaneSection(AnyCasing):
     """A plane."""
 
     shape: Literal["plane"] = Field(description=_SHAPES)
-    origin: Vector = Field(description="a point of the plane in m")
+    origin: Place = Field(description="a point of the plane in m")
     normal: Vector = Field(description="direction from the body to the plane")
 
     def surface(self) -> Surface:
@@ -88,7 +98,7 @@ class _Round(AnyCasing):
     axis: Axis = Field(
         description='axis of the casing: "x", "y", "z" or a vector of finite numbers'
     )
-    origin: Vector | None = Field(None, description="a point on the axis in m")
+    origin: Place | None = Field(None, description="a point on the axis in m")
     body: Literal["inside", "outside"] | None = Field(
         None, description='where the body is: "inside" a casing or "outside", around a shaft'
     )
@@ -119,7 +129,7 @@ class CylinderSection(_Round):
     """A cylinder."""
 
     shape: Literal["cylinder"] = Field(description=_SHAPES)
-    radius: Positive = Field(description=_RADIUS)
+    radius: Length = Field(description=_RADIUS)
 
     def _about(self, frame: Frame) -> Surface:
         return Cone(frame, self.radius, 0.0)
@@ -129,15 +139,15 @@ class ConeSection(_Round):
     """A cone, by its angle or two radii."""
 
     shape: Literal["cone"] = Field(description=_SHAPES)
-    radius: Positive = Field(description=_RADIUS)
+    radius: Length = Field(description=_RADIUS)
     half_angle_deg: float | None = Field(
         None,
         gt=-90,
         lt=90,
         description="angle between axis and surface in degrees, positive where the radius grows",
     )
-    end_radius: Positive | None = Field(None, description="radius at `length` in m, positive")
-    length: Positive | None = Field(None, description="from radius to end_radius in m, positive")
+    end_radius: Length | None = Field(None, description="radius at `length` in m, positive")
+    length: Length | None = Field(None, description="from radius to end_radius in m, positive")
 
     @property
     def slope(self) -> float:
@@ -185,9 +195,9 @@ class LobedSection(_Turning):
 
     shape: Literal["lobed"] = Field(description=_SHAPES)
     lobes: Count = Field(description="number of lobes, positive")
-    amplitude: Positive = Field(description="height of a lobe in m, positive")
+    amplitude: Length = Field(description="height of a lobe in m, positive")
     phase_deg: Finite = Field(0.0, description="angle of a largest radius in degrees")
-    radius: Positive | None = Field(None, description=_RADIUS)
+    radius: Length | None = Field(None, description=_RADIUS)
     profile: Pairs | None = Field(
         None, description="[[x, r], ...]: axial coordinates, ascending, and mean radii in m"
     )

@@ -10,26 +10,27 @@ from pydantic import Field, model_validator
 from fenics_nnm.study.casing import CasingSection
 from fenics_nnm.study.messages import shown
 from fenics_nnm.study.record import (
+    Coordinate,
     Count,
-    Finite,
     FromList,
+    Length,
     Name,
     Names,
-    Positive,
+    Place,
     Record,
     Vector,
     axis_vector,
 )
 from fenics_nnm.study.reduction import Law
 
-Gaps = Annotated[tuple[Finite, ...], Field(min_length=1), FromList]
+Gaps = Annotated[tuple[Coordinate, ...], Field(min_length=1), FromList]
 
 
 class LawSection(Record):
     """Contact law, of a mesh and of matrices alike."""
 
     law: Law | None = Field(None, description="by default the one that fits reduction.method")
-    reference_displacement: Positive | None = Field(
+    reference_displacement: Length | None = Field(
         None,
         description="displacement in m, at gamma ratio 1, of points that touch without force at "
         "rest (gap 0); positive",
@@ -57,8 +58,10 @@ class PatchSection(Record):
     axis: Literal["x", "y", "z"] | Vector | None = Field(
         None, description='axis of a radial direction: "x", "y", "z" or a vector of finite numbers'
     )
-    origin: Vector | None = Field(None, description="a point on the axis in m; the default is 0")
-    gap: Finite | None = Field(None, description="initial gap in m, negative for an interference")
+    origin: Place | None = Field(None, description="a point on the axis in m; the default is 0")
+    gap: Coordinate | None = Field(
+        None, description="initial gap in m, negative for an interference"
+    )
     casing: CasingSection | None = Field(
         None, description="a section that describes a rigid surface"
     )
@@ -128,7 +131,7 @@ class MatrixContactSection(LawSection):
         "direction",
     )
 
-    gap: Finite | Gaps = Field(
+    gap: Coordinate | Gaps = Field(
         description="initial gap in m, negative for an interference: one number, or a list "
         "with one a contact row"
     )

@@ -11,7 +11,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import StudyError
 from fenics_nnm.mechanics.damping import modal_rate, rayleigh_rate
 from fenics_nnm.study.continuation import Range
-from fenics_nnm.study.record import Count, Finite, FromList, Names, Positive, Record, Vector
+from fenics_nnm.study.record import Count, Finite, FromList, Names, Place, Positive, Record, Vector
 
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Ratios = Annotated[tuple[Positive, ...], Field(min_length=1), FromList]
@@ -76,7 +76,7 @@ def damping_record(values: dict[str, Any]) -> type[DampingSection]:
 class ExcitationSection(Record):
     """A harmonic force at a vertex, or spread evenly over facets."""
 
-    at: Vector | None = Field(None, description="coordinates in m: the nearest vertex is taken")
+    at: Place | None = Field(None, description="coordinates in m: the nearest vertex is taken")
     facets: Names | None = Field(None, description="name of a group of facets, or a list of names")
     force: Vector = Field(
         description="[fx, fy, fz] in N, 0-peak, of all facets together; as many as dimensions"

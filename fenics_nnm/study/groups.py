@@ -6,9 +6,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.study.record import Count, FromList, Names, Positive, Record, Vector
+from fenics_nnm.study.record import (
+    Coordinate,
+    Count,
+    Distance,
+    FromList,
+    Length,
+    Names,
+    Place,
+    Record,
+    Vector,
+)
 
-_Number = Annotated[float, Field(allow_inf_nan=False)]
 Direction = Annotated[
     Literal["x", "y", "z"] | Vector, Field(description='"x", "y", "z" or a vector, not zero')
 ]
@@ -35,7 +44,7 @@ class _Directed(Record):
 class PlanePick(_Directed):
     """Facets in a plane."""
 
-    point: Vector = Field(description="a point of the plane in m")
+    point: Place = Field(description="a point of the plane in m")
     normal: Direction
 
 
@@ -43,19 +52,17 @@ class CylinderPick(_Directed):
     """Facets on a cylinder."""
 
     axis: Direction
-    origin: Vector = Field((0.0, 0.0, 0.0), description="a point on the axis in m")
-    radius: Positive = Field(description="radius in m")
+    origin: Place = Field((0.0, 0.0, 0.0), description="a point on the axis in m")
+    radius: Length = Field(description="radius in m")
 
 
 class RadiiPick(_Directed):
     """Facets between two radii about an axis."""
 
     axis: Direction
-    origin: Vector = Field((0.0, 0.0, 0.0), description="a point on the axis in m")
-    low: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
-        0.0, alias="from", description="smallest radius in m"
-    )
-    high: Positive = Field(alias="to", description="largest radius in m")
+    origin: Place = Field((0.0, 0.0, 0.0), description="a point on the axis in m")
+    low: Distance = Field(0.0, alias="from", description="smallest radius in m")
+    high: Length = Field(alias="to", description="largest radius in m")
 
     @model_validator(mode="after")
     def _ascending(self) -> RadiiPick:
@@ -67,8 +74,8 @@ class RadiiPick(_Directed):
 class BoxPick(Record):
     """Facets inside a box."""
 
-    low: Vector = Field(alias="from", description="corner with the smallest coordinates in m")
-    high: Vector = Field(alias="to", description="corner with the largest coordinates in m")
+    low: Place = Field(alias="from", description="corner with the smallest coordinates in m")
+    high: Place = Field(alias="to", description="corner with the largest coordinates in m")
 
     @model_validator(mode="after")
     def _ascending(self) -> BoxPick:
@@ -84,7 +91,7 @@ class BoxPick(Record):
 class NearestPick(Record):
     """The facet nearest to a point, and the smooth face that it belongs to."""
 
-    point: Vector = Field(description="a point in m")
+    point: Place = Field(description="a point in m")
     angle: Annotated[float, Field(ge=0, le=180)] = Field(
         20.0, description="angle in degrees between neighbours at which the face ends"
     )
@@ -102,9 +109,9 @@ class FacingPick(_Directed):
 class GroupSection(Record):
     """A group of facets of the surface: those for which all conditions hold."""
 
-    x: _Number | None = Field(None, description="facets at this x in m")
-    y: _Number | None = Field(None, description="facets at this y in m")
-    z: _Number | None = Field(None, description="facets at this z in m")
+    x: Coordinate | None = Field(None, description="facets at this x in m")
+    y: Coordinate | None = Field(None, description="facets at this y in m")
+    z: Coordinate | None = Field(None, description="facets at this z in m")
     plane: PlanePick | None = Field(None, description="{ point, normal }")
     cylinder: CylinderPick | None = Field(None, description="{ axis, origin, radius }")
     radii: RadiiPick | None = Field(None, description="{ axis, origin, from, to }")
@@ -115,7 +122,7 @@ class GroupSection(Record):
         None, min_length=1, description="list of numbers of CAD faces, as check shows them"
     )
     facets: Names | None = Field(None, description="name of a group of the mesh, or a list")
-    tolerance: Positive | None = Field(
+    tolerance: Length | None = Field(
         None,
         description="distance in m within which corners lie on a plane, cylinder or box; by "
         "default a thousandth of the size of each facet",

@@ -10,10 +10,20 @@ from fenics_nnm.materials.elasticity import Isotropic, Orthotropic
 from fenics_nnm.materials.library import library_material
 from fenics_nnm.materials.material import Material
 from fenics_nnm.materials.orientation import XYZ, Axes, Cylindrical, Orientation, euler_axes
-from fenics_nnm.study.record import Finite, FromList, Name, Names, Positive, Record, axis_vector
+from fenics_nnm.study.record import (
+    Coordinate,
+    Finite,
+    FromList,
+    Name,
+    Names,
+    Positive,
+    Record,
+    axis_vector,
+)
 
 ThreePositive = Annotated[tuple[Positive, Positive, Positive], FromList]
 ThreeFinite = Annotated[tuple[Finite, Finite, Finite], FromList]
+ThreeCoordinates = Annotated[tuple[Coordinate, Coordinate, Coordinate], FromList]
 
 
 class OrientationSection(Record):
@@ -28,7 +38,7 @@ class OrientationSection(Record):
     cylindrical: Literal["x", "y", "z"] | ThreeFinite | None = Field(
         None, description='axis of radial, circumferential, axial: "x", "y", "z" or three numbers'
     )
-    origin: ThreeFinite | None = Field(
+    origin: ThreeCoordinates | None = Field(
         None, description="a point on the axis of cylindrical in m; the default is 0"
     )
 

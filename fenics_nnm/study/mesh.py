@@ -8,7 +8,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.geometry.parameters import Length, LengthUnit
+from fenics_nnm.geometry.lengths import LengthUnit
+from fenics_nnm.geometry.parameters import Length
 from fenics_nnm.study.record import Count, FromList, Names, Positive, Record
 
 #: Endings of files with a geometry, which is meshed here.

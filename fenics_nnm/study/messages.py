@@ -8,10 +8,14 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from fenics_nnm.geometry.lengths import WRONG_LENGTH
 from fenics_nnm.study.tagged import is_tag, key_of, records
 
 #: Characters of a value that a message shows.
 _LONGEST = 80
+
+#: Errors that are reported before all others.
+_FIRST = {"extra_forbidden": 0, WRONG_LENGTH: 1}
 
 #: What pydantic says of programs, said of study files.
 _WORDS = {
@@ -29,8 +33,12 @@ _WORDS = {
 def first_error(
     error: ValidationError, record: type[BaseModel], values: Any, place: tuple[str, ...]
 ) -> str:
-    """One line for the first error; unknown keys come first, since they cause others."""
-    errors = sorted(error.errors(), key=lambda item: item["type"] != "extra_forbidden")
+    """One line for the first error.
+
+    Unknown keys come first, since they cause others, then texts that are no length, about which
+    the other types that a value may have know less.
+    """
+    errors = sorted(error.errors(), key=lambda item: _FIRST.get(item["type"], len(_FIRST)))
     first = errors[0]
     loc = first["loc"]
     value = _found(loc, values)
@@ -44,7 +52,8 @@ def first_error(
         return f"{name}.{message}" if name else message
     if first["type"] in ("union_tag_invalid", "union_tag_not_found") and isinstance(value, dict):
         return _wrong_tag(record, loc, value, name, first)
-    message = "is not allowed" if _has_alternatives(loc) else _plain_message(first)
+    vague = _has_alternatives(loc) and first["type"] != WRONG_LENGTH
+    message = "is not allowed" if vague else _plain_message(first)
     return f"{name} = {shown(value)}: {message}{_wanted(record, loc)}"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Beam, Blade, Fork, Plate, Rod, Shroud
+from fenics_nnm.geometry.lengths import KNOWN, METRES, Units
 from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
 from fenics_nnm.study.body import ClampSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection
@@ -86,8 +88,9 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
     Raises:
         StudyError: with one line that names the key, its value and what would be right.
     """
-    values = prepared(values, path.parent, _LISTED)
+    values = _with_unit_of_mesh(prepared(values, path.parent, _LISTED))
     kind = _kind(values, path)
+    check = _Check(path, _units(values, path))
     parts = [
         _matrices_record(values, path) or _mesh_record(values, path),
         _contact_record(values, path) if kind is MeshStudy else None,
@@ -95,12 +98,13 @@ def study_from(values: dict[str, Any], path: Path) -> Study:
     ]
     try:
         for name, record in filter(None, parts):
-            values = {**values, name: _checked(record, values[name], (name,), path)}
+            values = {**values, name: check(record, values[name], (name,))}
         if kind is MeshStudy:
-            values = {**values, **_listed(values, _LISTED, path), **_groups(values, path)}
+            values = {**values, **_listed(values, _LISTED, check), **_groups(values, check)}
         else:
-            values = {**values, **_listed(values, _LISTED_WITH_MATRICES, path)}
-        return _checked(kind, values, (), path)
+            values = {**values, **_listed(values, _LISTED_WITH_MATRICES, check)}
+        found: Study = check(kind, values, ())
+        return found
     except ValidationError as error:
         raise StudyError(f"{path}: {error}") from error
 
@@ -116,29 +120,71 @@ def _kind(values: dict[str, Any], path: Path) -> type[Study]:
     return MeshStudy
 
 
-def _checked(record: type[BaseModel], values: Any, place: tuple[str, ...], path: Path) -> Any:
-    try:
-        return record.model_validate(values)
-    except ValidationError as error:
-        raise StudyError(f"{path}: {first_error(error, record, values, place)}") from error
+@dataclass(frozen=True, slots=True)
+class _Check:
+    """Makes records of values of a study file.
+
+    Attributes:
+        path: The study file, for messages.
+        units: Units of lengths without one.
+    """
+
+    path: Path
+    units: Units
+
+    def __call__(self, record: type[BaseModel], values: Any, place: tuple[str, ...]) -> Any:
+        """The record of the values at a place of the study file.
+
+        Raises:
+            StudyError: if a value is wrong.
+        """
+        try:
+            return record.model_validate(values, context=self.units)
+        except ValidationError as error:
+            line = first_error(error, record, values, place)
+            raise StudyError(f"{self.path}: {line}") from error
 
 
-def _groups(values: dict[str, Any], path: Path) -> dict[str, Any]:
+def _with_unit_of_mesh(values: dict[str, Any]) -> dict[str, Any]:
+    """The values with the length unit of the study in [mesh], where that has none."""
+    mesh = values.get("mesh")
+    if "length_unit" not in values or not isinstance(mesh, dict):
+        return values
+    return {**values, "mesh": {"length_unit": values["length_unit"], **mesh}}
+
+
+def _units(values: dict[str, Any], path: Path) -> Units:
+    """Units of lengths without one.
+
+    Raises:
+        StudyError: if that of the study is unknown; that of its mesh is checked with the mesh.
+    """
+    unit, mesh = values.get("length_unit", "m"), values.get("mesh")
+    if not _is_unit(unit):
+        raise StudyError(f"{path}: length_unit = {shown(unit)}: must be {KNOWN}")
+    given: Any = mesh.get("length_unit") if isinstance(mesh, dict) else None
+    return Units(unit, given if _is_unit(given) else unit)
+
+
+def _is_unit(value: Any) -> bool:
+    return isinstance(value, str) and value in METRES
+
+
+def _groups(values: dict[str, Any], check: _Check) -> dict[str, Any]:
     """Picked groups, checked one by one, as their names may be any."""
     if "groups" not in values:
         return {}
     groups = values["groups"]
     if not isinstance(groups, dict):
-        raise StudyError(f"{path}: groups = {shown(groups)}: must be a section with keys")
+        raise StudyError(f"{check.path}: groups = {shown(groups)}: must be a section with keys")
     for name, group in groups.items():
         if not isinstance(group, dict):
             raise StudyError(
-                f"{path}: groups.{name} = {shown(group)}: must be a section with conditions"
+                f"{check.path}: groups.{name} = {shown(group)}: must be a section with conditions"
             )
     return {
         "groups": {
-            name: _checked(GroupSection, group, ("groups", name), path)
-            for name, group in groups.items()
+            name: check(GroupSection, group, ("groups", name)) for name, group in groups.items()
         }
     }
 
@@ -178,7 +224,7 @@ def _mesh_record(values: dict[str, Any], path: Path) -> tuple[str, type[BaseMode
 def _listed(
     values: dict[str, Any],
     listed: Mapping[str, Callable[[dict[str, Any]], type[BaseModel]]],
-    path: Path,
+    check: _Check,
 ) -> dict[str, Any]:
     """Sections that may come several times, each checked as the record that it is meant for."""
     checked = {}
@@ -188,9 +234,9 @@ def _listed(
             continue
         sections = [given] if isinstance(given, dict) else given
         if not isinstance(sections, list) or not all(isinstance(s, dict) for s in sections):
-            raise StudyError(f"{path}: {name} = {shown(given)}: must be a section with keys")
+            raise StudyError(f"{check.path}: {name} = {shown(given)}: must be a section with keys")
         checked[name] = tuple(
-            _checked(record(section), section, (_numbered(name, number, given),), path)
+            check(record(section), section, (_numbered(name, number, given),))
             for number, section in enumerate(sections, start=1)
         )
     return checked

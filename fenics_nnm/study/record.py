@@ -1,4 +1,4 @@
-"""What all sections of a study file share: number types, the frozen record."""
+"""What all sections of a study file share: types of numbers and lengths, the frozen record."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from fenics_nnm.errors import ModelError
+from fenics_nnm.geometry.lengths import InMetres
 
 #: Numbers beyond these, in SI units, are misprints, and their squares cannot be computed with.
 LARGEST, MOST = 1e30, 1_000_000
@@ -22,6 +23,17 @@ Vector = Annotated[
     Field(min_length=1, max_length=3),
     FromList,
 ]
+
+#: Lengths in m, or as texts with a unit: positive ones, others, not negative ones, points.
+Length = Annotated[Positive, InMetres]
+Coordinate = Annotated[Finite, InMetres]
+Distance = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False), InMetres]
+Place = Annotated[
+    tuple[Coordinate, ...],
+    Field(min_length=1, max_length=3),
+    FromList,
+]
+
 Name = Annotated[str, Field(min_length=1)]
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
 

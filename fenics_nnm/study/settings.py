@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fenics_nnm.errors import StudyError
+from fenics_nnm.geometry.lengths import like_a_length
 from fenics_nnm.study.messages import shown
 from fenics_nnm.study.reading import study_from
 from fenics_nnm.study.study import Study
@@ -49,7 +50,7 @@ class Setting:
 def settings_from(text: str) -> tuple[Setting, ...]:
     """Settings of `KEY=VALUE,VALUE,...`, one for each value.
 
-    Values are those of TOML; quotes may be left out around a word.
+    Values are those of TOML; quotes may be left out around a word, and around a length as 0.5 mm.
 
     Raises:
         StudyError: if it is not of this form.
@@ -63,7 +64,7 @@ def settings_from(text: str) -> tuple[Setting, ...]:
 
 
 def value_from(text: str, key: str) -> Any:
-    """A value of TOML, or a word without quotes.
+    """A value of TOML, or a word or a length with a unit without quotes.
 
     Raises:
         StudyError: if it is neither.
@@ -72,7 +73,7 @@ def value_from(text: str, key: str) -> Any:
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError as error:
-        if _WORD.fullmatch(text):
+        if _WORD.fullmatch(text) or like_a_length(text):
             return text
         raise StudyError(
             f"{key} = {shown(text)}: must be a value of TOML: a number, a text in quotes, "

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Geometry
+from fenics_nnm.geometry.lengths import LengthUnit
 from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
 from fenics_nnm.study.body import BodySection, Clamps
 from fenics_nnm.study.contact import (
@@ -51,6 +52,9 @@ DEFAULT_TOLERANCE = 1e-3
 
 class _AnyStudy(Record):
     title: str = ""
+    length_unit: LengthUnit = Field(
+        "m", description="unit of lengths without one; in [mesh] its own length_unit, if given"
+    )
     contact: LawSection
     reduction: AnyReduction = MasslessSection()
     augmented_lagrangian: AugmentedLagrangianSection | None = None
@@ -241,7 +245,7 @@ class _SprungStudy(_AnyStudy):
 
 
 class MeshStudy(_SprungStudy):
-    """All that a run of a mesh needs to know; lengths in m unless a key says otherwise."""
+    """All that a run of a mesh needs to know; lengths in m, in [mesh] in its length_unit."""
 
     mesh: MeshFile | CadFile | Geometry
     groups: Mapping[str, GroupSection] = {}

@@ -18,6 +18,7 @@ from fenics_nnm.study.inputs import input_files
 from fenics_nnm.study.reading import read_values
 from fenics_nnm.study.settings import Setting, settings_from, shown_settings, study_with
 from fenics_nnm.study.toml_text import toml_value
+from fenics_nnm.study.units import in_its_unit
 from fenics_nnm.sweep.settings_table import read_table
 
 #: Two gamma ratios nearer than this are the same.
@@ -49,6 +50,11 @@ class Case:
 
     def __str__(self) -> str:
         return shown_settings(self.settings)
+
+    @property
+    def values(self) -> tuple[Any, ...]:
+        """Values of its settings, lengths in the unit of their key."""
+        return tuple(in_its_unit(self.study, setting) for setting in self.settings)
 
 
 @dataclass(frozen=True, slots=True)

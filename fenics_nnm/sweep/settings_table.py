@@ -11,7 +11,7 @@ from fenics_nnm.study.settings import Setting, parts_of, value_from
 
 
 def read_table(file: Path) -> tuple[tuple[Setting, ...], ...]:
-    """Settings of each row; values are those of TOML, quotes may be left out around a word.
+    """Settings of each row; values are those of TOML, quotes may be left out as in `--set`.
 
     Empty lines and lines that begin with # are passed over.
 

@@ -46,8 +46,8 @@ def write_table(plan: Plan, outcomes: Sequence[Outcome]) -> None:
 def _cells(plan: Plan, outcome: Outcome) -> Iterator[str]:
     case, rows = outcome.case, outcome.rows
     yield str(case.number)
-    for setting in case.settings:
-        yield setting.value if isinstance(setting.value, str) else toml_value(setting.value)
+    for value in case.values:
+        yield value if isinstance(value, str) else toml_value(value)
     yield outcome.status
     yield _printed(outcome.linear_frequency)
     for ratio in plan.ratios:

@@ -62,13 +62,13 @@ def _variation(plan: Plan, group: Sequence[int]) -> Variation:
     return Variation(
         keys=keys,
         label=", ".join(f"{k} ({u})" if u else k for k, u in zip(keys, units, strict=True)),
-        values=tuple(case.settings[group[0]].value for case in plan.cases),
+        values=tuple(case.values[group[0]] for case in plan.cases),
         names=tuple(_texts(plan.cases, group)),
     )
 
 
 def _texts(cases: Sequence[Case], group: Sequence[int]) -> list[str]:
-    return [", ".join(_text(case.settings[index].value) for index in group) for case in cases]
+    return [", ".join(_text(case.values[index]) for index in group) for case in cases]
 
 
 def _text(value: Any) -> str:

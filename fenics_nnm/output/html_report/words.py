@@ -238,6 +238,7 @@ def warnings(results: Results) -> list[str]:
         )
     elif not summary["complete"]:
         found.append(f"The run did not get all that was asked for: {summary['reason']}.")
+    found += [f"{line}." for line in summary.get("warnings", [])]
     found += [
         f"At {_place(each)} no motion on the branch was found: {each['reason']}."
         for each in summary.get("failures", [])

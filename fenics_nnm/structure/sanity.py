@@ -1,0 +1,159 @@
+"""Values of a study that look like a wrong unit or a wrong direction, in a line each.
+
+None of them is refused: soft gels, long bridges and small resonators exist. The limits lie beyond
+what displacements that are small allow, and beyond what engineering materials have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.outwards import mean_angles
+from fenics_nnm.study import MeshStudy
+from fenics_nnm.study.casing import AnyCasing
+from fenics_nnm.study.contact import PatchSection
+from fenics_nnm.study.messages import shown
+
+#: Gap or interference, and motion at first contact, over the body's largest dimension.
+MOST_GAP, MOST_MOTION = 0.05, 0.1
+
+#: Largest dimension of a body in m; Young's moduli in Pa; densities in kg/m^3.
+SIZES, MODULI, DENSITIES = (1e-5, 100.0), (1e5, 2e12), (1.0, 3e4)
+
+#: Mean angles in degrees to the outward normal: from the first on a contact direction is along the
+#: surface, beyond the second into the body. The half degree is for rounding of flat facets.
+ALONG, INTO = 80.0, 90.5
+
+#: Keys of a casing that say how far it is, the first of those that are given.
+_PLACE_OF_CASING = ("radius", "profile", "file", "origin")
+
+
+def mesh_warnings(study: MeshStudy, linear: LinearAnalysis, mode: int) -> list[str]:
+    """What to check in a study of a mesh, a line each; to be called on all ranks.
+
+    Args:
+        study: Study.
+        linear: All that is linear of its body.
+        mode: Index of the mode that is followed, from 0.
+    """
+    size = float(np.ptp(linear.solid.tagged.bounds(), axis=0).max())
+    return [
+        *_of_size(study, size),
+        *_of_materials(study),
+        *_of_gaps(study, linear, size),
+        *_of_motion(study, linear, mode, size),
+        *_of_directions(study, linear),
+    ]
+
+
+def _of_size(study: MeshStudy, size: float) -> Iterator[str]:
+    smallest, largest = SIZES
+    if not smallest <= size <= largest:
+        yield (
+            f'mesh.length_unit = "{study.mesh.length_unit}": the largest dimension of the body is '
+            f"{size:.4g} m, outside {smallest:g} to {largest:g} m: check the unit"
+        )
+
+
+def _of_materials(study: MeshStudy) -> Iterator[str]:
+    for number, section in enumerate(study.material, start=1):
+        key = "material" if len(study.material) == 1 else f"material[{number}]"
+        material = section.material
+        yield from _outside(f"{key}.young", material.law.moduli, MODULI, "Pa")
+        yield from _outside(f"{key}.density", (material.density,), DENSITIES, "kg/m^3")
+
+
+def _outside(
+    key: str, values: tuple[float, ...], limits: tuple[float, float], unit: str
+) -> Iterator[str]:
+    low, high = limits
+    if not all(low <= value <= high for value in values):
+        listed = ", ".join(f"{value:g}" for value in values)
+        text = f"[{listed}]" if len(values) > 1 else listed
+        yield f"{key} = {text} {unit}: is outside {low:g} to {high:g} {unit}: check the unit"
+
+
+def _of_gaps(study: MeshStudy, linear: LinearAnalysis, size: float) -> Iterator[str]:
+    """The smallest gap of each patch, or its largest interference.
+
+    Distances between facets of the mesh are passed over: no unit is given for them.
+    """
+    interface = linear.interface
+    for number, (key, patch) in enumerate(study.contact.patches.items()):
+        gap = float(interface.gap[interface.patch == number].min())
+        measured = patch.gap is None and patch.casing is None
+        if abs(gap) > MOST_GAP * size and not measured:
+            what = "smallest gap" if gap > 0 else "largest interference"
+            yield (
+                f"{_given(key, patch)}: the {what} is {abs(gap):.4g} m, "
+                f"{_share(abs(gap), size)}: {_advice(study)}"
+            )
+
+
+def _of_motion(study: MeshStudy, linear: LinearAnalysis, mode: int, size: float) -> Iterator[str]:
+    """The largest displacement at gamma ratio 1."""
+    model, interface = linear.model, linear.interface
+    rest, amplitude = model.at_rest(), model.grazing_amplitude(mode)
+    moved = linear.largest_displacement(
+        amplitude * rest.shapes[:, mode], amplitude * rest.pull[:, mode]
+    )
+    if moved <= MOST_MOTION * size:
+        return
+    place = f"contact.reference_displacement = {study.contact.reference_displacement} m"
+    if rest.is_linear(mode):
+        patches = list(study.contact.patches.items())
+        place = _given(*patches[interface.patch[rest.first(mode)]])
+    yield (
+        f"{place}: the largest motion at gamma ratio 1 is {moved:.4g} m, {_share(moved, size)}, "
+        f"which is not small: {_advice(study)}, contact.direction and mode.number = {mode + 1}"
+    )
+
+
+def _of_directions(study: MeshStudy, linear: LinearAnalysis) -> Iterator[str]:
+    angles = mean_angles(linear.solid, linear.interface)
+    for angle, (key, patch) in zip(angles, study.contact.patches.items(), strict=True):
+        if angle >= ALONG:
+            where = "points into the body" if angle > INTO else "runs along the surface"
+            yield (
+                f"{key}.direction = {_plain(patch.direction)}: {where}, on average "
+                f"{angle:.3g} degrees away from the outward normal of {key}.facets: must point "
+                "from the body to the obstacle: check direction and facets"
+            )
+
+
+def _given(key: str, patch: PatchSection) -> str:
+    """What the gap of a patch comes from, with its value."""
+    if patch.casing is not None:
+        return f"{key}.casing.{_place_of(patch.casing)}"
+    if patch.gap is not None:
+        return f"{key}.gap = {patch.gap:g} m"
+    return f"{key}.against = {_plain(patch.against)}"
+
+
+def _place_of(casing: AnyCasing) -> str:
+    """Key of a casing that says how far it is, with its value."""
+    given = {key: getattr(casing, key, None) for key in _PLACE_OF_CASING}
+    key, value = next((key, value) for key, value in given.items() if value is not None)
+    return f"{key} = {_plain(value)}{'' if key == 'file' else ' m'}"
+
+
+def _plain(value: Any) -> str:
+    """A value as it stands in the study file."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_plain, value))}]"
+    return f"{value:g}" if isinstance(value, float) else shown(value)
+
+
+def _share(length: float, size: float) -> str:
+    """A length in words, by the body's largest dimension."""
+    ratio = length / size
+    words = f"{ratio:.3g} times" if ratio >= 2 else f"{100 * ratio:.3g} % of"
+    return f"{words} the largest dimension of the body ({size:.4g} m)"
+
+
+def _advice(study: MeshStudy) -> str:
+    return f"check the unit (a number without one is in {study.length_unit})"

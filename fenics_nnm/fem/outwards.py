@@ -1,8 +1,11 @@
-"""Whether contact directions leave the body: their angles to its outward normals."""
+"""How contact directions leave the body: their angles to its outward normals."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from mpi4py import MPI
 from scipy.spatial import KDTree
 
 from fenics_nnm.arrays import Array
@@ -11,27 +14,57 @@ from fenics_nnm.fem.patch_vertices import PatchVertices
 from fenics_nnm.fem.solid import Solid
 
 
-def mean_angles(solid: Solid, interface: ContactInterface) -> tuple[float, ...]:
-    """Mean angle of each patch between contact directions and outward normals, in degrees.
+@dataclass(frozen=True, slots=True)
+class Leaving:
+    """How the contact directions of a patch leave the body.
 
-    The mean over the contact points, weighted by their areas; 0 along the normal, 180 against it.
-    To be called on all ranks.
+    Attributes:
+        mean: Mean angle to the outward normals in degrees, weighted by area: 0 along the normals,
+            180 against them.
+        lowest: Smallest angle of a contact point.
+        highest: Largest angle of a contact point.
+        length: Length of the patch along its mean direction in m.
+        beyond: How far the body goes on from there along the mean direction, in m.
     """
-    normals = np.concatenate(
-        [_normals(solid, interface, number) for number in range(len(interface.names))]
-    )
-    cosines = np.einsum("ij,ij->i", normals, interface.directions)
-    angles = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
-    return tuple(
-        float(np.average(angles[mine], weights=interface.areas[mine]))
-        for mine in (interface.patch == number for number in range(len(interface.names)))
-    )
+
+    mean: float
+    lowest: float
+    highest: float
+    length: float
+    beyond: float
 
 
-def _normals(solid: Solid, interface: ContactInterface, number: int) -> Array:
-    """Outward unit normals of the facets of a patch at its contact points, shape (n, dim)."""
+def leavings(solid: Solid, interface: ContactInterface) -> tuple[Leaving, ...]:
+    """How the directions of each patch leave the body; to be called on all ranks."""
+    return tuple(_leaving(solid, interface, number) for number in range(len(interface.names)))
+
+
+def _leaving(solid: Solid, interface: ContactInterface, number: int) -> Leaving:
+    mine = interface.patch == number
+    points, directions = interface.points[mine], interface.directions[mine]
     vertices = PatchVertices.of(solid, interface.sides[number][0], "", "")
-    points = interface.points[interface.patch == number]
-    normals = vertices.normals[KDTree(vertices.points).query(points)[1]]
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0))
+    nearest = KDTree(vertices.points).query(points)[1]
+    cosines = np.einsum("ij,ij->i", _unit(vertices.normals[nearest]), directions)
+    angles = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
+    mean = _unit(directions.mean(axis=0))
+    along = vertices.points @ mean
+    return Leaving(
+        mean=float(np.average(angles, weights=interface.areas[mine])),
+        lowest=float(angles.min()),
+        highest=float(angles.max()),
+        length=float(np.ptp(along)),
+        beyond=_farthest(solid, mean) - float(along.max()),
+    )
+
+
+def _unit(vectors: Array) -> Array:
+    """Unit vectors along vectors, zero where they are."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0))
+
+
+def _farthest(solid: Solid, direction: Array) -> float:
+    """Largest coordinate of the body along a direction in m; the same on all ranks."""
+    tagged = solid.tagged
+    here = (tagged.mesh.geometry.x[:, : tagged.dim] @ direction).max(initial=-np.inf)
+    return float(tagged.mesh.comm.allreduce(here, op=MPI.MAX))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fenics_nnm.fem.linear import LinearAnalysis
-from fenics_nnm.fem.outwards import mean_angles
+from fenics_nnm.fem.outwards import Leaving, leavings
 from fenics_nnm.study import MeshStudy
 from fenics_nnm.study.casing import AnyCasing
 from fenics_nnm.study.contact import PatchSection
@@ -27,6 +27,10 @@ SIZES, MODULI, DENSITIES = (1e-5, 100.0), (1e5, 2e12), (1.0, 3e4)
 #: Mean angles in degrees to the outward normal: from the first on a contact direction is along the
 #: surface, beyond the second into the body. The half degree is for rounding of flat facets.
 ALONG, INTO = 80.0, 90.5
+
+#: A small end face may meet a stop sideways, with its edge: of the body's largest dimension, the
+#: length of such a face along its direction, and how far the body goes on from there.
+END_LENGTH, END_BEYOND = 0.3, 0.05
 
 #: Keys of a casing that say how far it is, the first of those that are given.
 _PLACE_OF_CASING = ("radius", "profile", "file", "origin")
@@ -46,7 +50,7 @@ def mesh_warnings(study: MeshStudy, linear: LinearAnalysis, mode: int) -> list[s
         *_of_materials(study),
         *_of_gaps(study, linear, size),
         *_of_motion(study, linear, mode, size),
-        *_of_directions(study, linear),
+        *_of_directions(study, linear, size),
     ]
 
 
@@ -113,16 +117,23 @@ def _of_motion(study: MeshStudy, linear: LinearAnalysis, mode: int, size: float)
     )
 
 
-def _of_directions(study: MeshStudy, linear: LinearAnalysis) -> Iterator[str]:
-    angles = mean_angles(linear.solid, linear.interface)
-    for angle, (key, patch) in zip(angles, study.contact.patches.items(), strict=True):
-        if angle >= ALONG:
-            where = "points into the body" if angle > INTO else "runs along the surface"
+def _of_directions(study: MeshStudy, linear: LinearAnalysis, size: float) -> Iterator[str]:
+    found = leavings(linear.solid, linear.interface)
+    for leaving, (key, patch) in zip(found, study.contact.patches.items(), strict=True):
+        if leaving.mean >= ALONG and not _is_end(leaving, size):
+            where = "points into the body" if leaving.mean > INTO else "runs along its surface"
             yield (
                 f"{key}.direction = {_plain(patch.direction)}: {where}, on average "
-                f"{angle:.3g} degrees away from the outward normal of {key}.facets: must point "
-                "from the body to the obstacle: check direction and facets"
+                f"{leaving.mean:.3g} degrees away from the outward normal of {key}.facets: must "
+                "point from the body to the obstacle: check direction and facets"
             )
+
+
+def _is_end(leaving: Leaving, size: float) -> bool:
+    """Whether a patch is a small end face that moves sideways."""
+    sideways = leaving.lowest >= ALONG and leaving.highest <= 180.0 - ALONG
+    small = leaving.length <= END_LENGTH * size and leaving.beyond <= END_BEYOND * size
+    return sideways and small
 
 
 def _given(key: str, patch: PatchSection) -> str:

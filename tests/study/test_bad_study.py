@@ -120,7 +120,7 @@ VALUES = [
     ({"material": {"poisson": nan}}, "material.poisson = nan", "must be"),
     ({"material": 3}, "material = 3", "must be a section"),
     ({"mesh": {"=": "rod"}}, 'mesh = "rod"', "must be a section"),
-    ({"mesh": {"length_unit": "furlong"}}, 'length_unit = "furlong"', "'mm', 'in' or 'ft'"),
+    ({"mesh": {"length_unit": "furlong"}}, 'length_unit = "furlong"', "'in', 'ft' or 'mil'"),
     (mesh(file="a.msh", length_unit="furlong"), 'length_unit = "furlong"', "'mm'"),
     (mesh(file=3, length_unit="m"), "mesh.file = 3", "name in quotes"),
     (

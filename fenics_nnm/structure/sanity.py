@@ -162,7 +162,7 @@ def _plain(value: Any) -> str:
 def _share(length: float, size: float) -> str:
     """A length in words, by the body's largest dimension."""
     ratio = length / size
-    words = f"{ratio:.3g} times" if ratio >= 2 else f"{100 * ratio:.3g} % of"
+    words = f"{100 * ratio:.3g} % of" if ratio < 2 else f"{float(f'{ratio:.3g}'):.15g} times"
     return f"{words} the largest dimension of the body ({size:.4g} m)"
 
 

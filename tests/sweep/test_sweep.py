@@ -27,6 +27,7 @@ from fenics_nnm.study.settings import Setting
 from fenics_nnm.study.units import unit_of
 from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
 from fenics_nnm.sweep.plan import folder_name, plan
+from fenics_nnm.sweep.variation import variations
 from fenics_nnm.sweep.workers import Worker, _received
 
 StudyFile = Callable[..., Path]
@@ -511,6 +512,23 @@ def test_units(key: str, unit: str) -> None:
         },
     )
     assert unit_of(study_from(values, Path("study.toml")), key) == unit
+
+
+def test_lengths_of_a_table_are_in_m_however_they_are_given(
+    study_file: StudyFile, command: Command
+) -> None:
+    study_file(QUICK, length_unit="mm", mesh={"length_unit": "m"})
+    values = "1 mm, 2, 3e3 um"
+    given = ["--set", f"contact.gap={values}", "--gamma", "1.1", "--output", "s"]
+    assert command("sweep", "study.toml", *given).code == 0
+    table = rows(Path("s"))
+    assert [row["contact.gap"] for row in table] == ["0.001", "0.002", "0.003"]
+    energies = [float(row["energy_J_at_1.1"]) for row in table]
+    assert energies == pytest.approx([energies[0] * n**2 for n in (1, 2, 3)], rel=1e-9)
+    found = variations(plan(Path("study.toml"), Path("s"), [f"contact.gap={values}"]))
+    assert [(each.label, each.values) for each in found] == [
+        ("contact.gap (m)", (1e-3, 2e-3, 3e-3))
+    ]
 
 
 def test_a_study_that_runs_elsewhere_is_left_alone(study_file: StudyFile, command: Command) -> None:

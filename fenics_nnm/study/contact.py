@@ -113,7 +113,7 @@ class PatchSection(Record):
                 "counterparts are single places"
             )
         if self.gap is None and self.casing is None and self.against is None:
-            raise ValueError("gap: is missing (initial gap in m; or a section casing, or against)")
+            raise ValueError("gap: is missing (initial gap; or a section casing, or against)")
         return self
 
     @property

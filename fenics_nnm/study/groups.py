@@ -67,7 +67,7 @@ class RadiiPick(_Directed):
     @model_validator(mode="after")
     def _ascending(self) -> RadiiPick:
         if self.low > self.high:
-            raise ValueError(f"from = {self.low:g}: must not be above to = {self.high:g}")
+            raise ValueError(f"from = {self.low:g} m: must not be above to = {self.high:g} m")
         return self
 
 
@@ -83,7 +83,7 @@ class BoxPick(Record):
             a > b for a, b in zip(self.low, self.high, strict=True)
         ):
             raise ValueError(
-                f"from = {list(self.low)}: must have no coordinate above to = {list(self.high)}"
+                f"from = {list(self.low)} m: must have no coordinate above to = {list(self.high)} m"
             )
         return self
 

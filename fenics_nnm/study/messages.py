@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,9 @@ from pydantic import BaseModel, ValidationError
 
 from fenics_nnm.geometry.lengths import WRONG_LENGTH
 from fenics_nnm.study.tagged import is_tag, key_of, records
+
+#: Where the description of a key says that it is a length.
+_IN_METRES = re.compile(r"\bin m\b(?![\^/])")
 
 #: Characters of a value that a message shows.
 _LONGEST = 80
@@ -31,12 +35,23 @@ _WORDS = {
 
 
 def first_error(
-    error: ValidationError, record: type[BaseModel], values: Any, place: tuple[str, ...]
+    error: ValidationError,
+    record: type[BaseModel],
+    values: Any,
+    place: tuple[str, ...],
+    unit: str = "m",
 ) -> str:
     """One line for the first error.
 
     Unknown keys come first, since they cause others, then texts that are no length, about which
     the other types that a value may have know less.
+
+    Args:
+        error: What pydantic found.
+        record: Record that the values were checked as.
+        values: Values of the study file.
+        place: Keys that lead to them.
+        unit: Unit of lengths without one, outside of [mesh].
     """
     errors = sorted(error.errors(), key=lambda item: _FIRST.get(item["type"], len(_FIRST)))
     first = errors[0]
@@ -46,7 +61,7 @@ def first_error(
     if first["type"] == "extra_forbidden":
         return f"{name}: {_unknown(record, loc, _found(loc[:-1], values), name)}"
     if first["type"] == "missing" and _is_key(loc[-1]):
-        return f"{name}: is missing{_needed(record, loc, place)}"
+        return f"{name}: is missing{_in(unit, _needed(record, loc, place))}"
     if first["type"] == "value_error":
         message = first["msg"].removeprefix("Value error, ")
         return f"{name}.{message}" if name else message
@@ -54,7 +69,7 @@ def first_error(
         return _wrong_tag(record, loc, value, name, first)
     vague = _has_alternatives(loc) and first["type"] != WRONG_LENGTH
     message = "is not allowed" if vague else _plain_message(first)
-    return f"{name} = {shown(value)}: {message}{_wanted(record, loc)}"
+    return f"{name} = {shown(value)}: {message}{_in(unit, _wanted(record, loc))}"
 
 
 def _wrong_tag(
@@ -204,6 +219,11 @@ def _wanted(record: type[BaseModel], location: tuple[Any, ...]) -> str:
     _, holder = _holder(record, location)
     field = _fields(holder).get(location[-1]) if holder else None
     return f" ({field.description})" if field is not None and field.description else ""
+
+
+def _in(unit: str, description: str) -> str:
+    """What is wanted of a number, with the unit that lengths without one have."""
+    return _IN_METRES.sub(f"in {unit}", description)
 
 
 def plain(error: Exception) -> str:

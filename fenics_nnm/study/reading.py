@@ -141,7 +141,7 @@ class _Check:
         try:
             return record.model_validate(values, context=self.units)
         except ValidationError as error:
-            line = first_error(error, record, values, place)
+            line = first_error(error, record, values, place, self.units.study)
             raise StudyError(f"{self.path}: {line}") from error
 
 

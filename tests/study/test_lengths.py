@@ -161,6 +161,7 @@ def test_units(text: str, metres: float) -> None:
         ({"mesh": {"length": "1 kg"}}, 'mesh.length = "1 kg": the unit "kg" is not known'),
         ({"length_unit": "furlong"}, 'length_unit = "furlong": must be m, cm, mm, um, in, ft or'),
         ({"length_unit": 3}, "length_unit = 3: must be m, cm"),
+        ({"length_unit": "mil", "contact": {"gap": True}}, "(initial gap in mil, negative"),
         ({"length_unit": "mm", "mesh": {"length": 10**400}}, "mesh.length = 1000"),
         ({"length_unit": "mm", "contact": {"gap": True}}, "contact.gap = true: must be a number"),
         (

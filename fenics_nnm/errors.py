@@ -12,6 +12,7 @@ class Code(StrEnum):
     """
 
     CELLS_OF_MATERIALS = "cells of materials"
+    CONSTRAINED = "constrained"
     CURVED_ELEMENTS = "curved elements"
     CYLINDRICAL_AXES = "cylindrical axes"
     DEGREE = "degree"

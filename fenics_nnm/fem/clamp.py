@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from dolfinx import fem
 from fenics_nnm.arrays import Indices, Mask
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.compat import cell_nodes, coordinate_element
+from fenics_nnm.fem.constraints import LinearConstraints
 from fenics_nnm.fem.mesh import TaggedMesh
 
 
@@ -22,12 +24,14 @@ class Clamp:
         facets: Names of groups of facets.
         nodes: Names of sets of nodes.
         axes: Axes along which they do not move, ascending.
+        turns: Whether points of sets that have rotations may turn about these axes.
     """
 
     key: str
     facets: tuple[str, ...]
     nodes: tuple[str, ...]
     axes: tuple[int, ...]
+    turns: bool = True
 
 
 def held_blocks(space: fem.FunctionSpace, tagged: TaggedMesh, clamp: Clamp) -> Indices:
@@ -47,26 +51,37 @@ def held_blocks(space: fem.FunctionSpace, tagged: TaggedMesh, clamp: Clamp) -> I
         facets = tagged.facets_of(clamp.facets, f"{clamp.key}.facets")
         found.append(fem.locate_dofs_topological(space, tagged.dim - 1, facets))
     if clamp.nodes:
-        found.append(_blocks_of_nodes(space, tagged, _nodes(tagged, clamp)))
+        found.append(blocks_of_nodes(space, tagged, _nodes(tagged, clamp)))
     return np.unique(np.concatenate(found)).astype(np.int32)
+
+
+def held_points(tagged: TaggedMesh, clamps: Sequence[Clamp]) -> LinearConstraints:
+    """Constraints of a mesh, with the points that clamps of sets of nodes hold."""
+    found = tagged.constraints
+    for clamp in clamps:
+        turned = () if clamp.turns else (3, 4, 5)
+        found = found.holding(clamp.nodes, (*clamp.axes, *turned))
+    return found
 
 
 def _nodes(tagged: TaggedMesh, clamp: Clamp) -> Mask:
     """Which local nodes of the geometry are in the named sets."""
     chosen = np.zeros(len(tagged.mesh.geometry.x), dtype=bool)
     for name in clamp.nodes:
-        known = ", ".join(f'"{known}"' for known in sorted(tagged.nodes)) or "none"
-        if name not in tagged.nodes:
+        points = {known for each in tagged.constraints.references for known in each.names}
+        known = ", ".join(f'"{known}"' for known in sorted({*tagged.nodes, *points})) or "none"
+        if name not in {*tagged.nodes, *points}:
             raise MeshError(
                 f'{clamp.key}.nodes = "{name}": the mesh has no such set of nodes; it has {known}'
             )
-        if not tagged.mesh.comm.allreduce(len(tagged.nodes[name])):
+        own = tagged.nodes.get(name, np.empty(0, dtype=np.int64))
+        if name not in points and not tagged.mesh.comm.allreduce(len(own)):
             raise MeshError(f'{clamp.key}.nodes = "{name}": no element has a node of the set')
-        chosen[tagged.nodes[name]] = True
+        chosen[own] = True
     return chosen
 
 
-def _blocks_of_nodes(space: fem.FunctionSpace, tagged: TaggedMesh, chosen: Mask) -> Indices:
+def blocks_of_nodes(space: fem.FunctionSpace, tagged: TaggedMesh, chosen: Mask) -> Indices:
     """Blocks at chosen nodes, and at the middles of edges, faces and cells of chosen nodes alone.
 
     Where the geometry has a middle node on an edge, it must be chosen for the block there.

@@ -135,8 +135,17 @@ def _carried_over(
             for name, nodes in foreign.node_sets.items()
         },
         facets=facets,
+        constraints=foreign.constraints.widened(
+            lambda nodes: _with_middles(nodes, _facets_of(foreign, dim, table, nodes), found)
+        ),
         notes=(*foreign.notes, note),
     )
+
+
+def _facets_of(foreign: ForeignMesh, dim: int, table: FacetTable, nodes: Indices) -> Indices:
+    """Corners of the simplex facets between some nodes."""
+    alone = replace(foreign, node_sets={"": nodes}, sets={}, facets={})
+    return _simplex_facets(table.corners[facet_rows(alone, dim, table)[""]])
 
 
 def facet_rows(foreign: ForeignMesh, dim: int, table: FacetTable) -> dict[str, Indices]:

@@ -12,6 +12,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.constraints import LinearConstraints
 from fenics_nnm.fem.gmsh_mesh import extracted
 from fenics_nnm.fem.raw_mesh import RawMesh
 
@@ -68,6 +69,7 @@ class ForeignMesh:
             a triangle among quadrangles.
         numbers: Number of each cell in the file, by kind; counted from 1 without.
         attached: Masses and springs, in the units of the file.
+        constraints: Constraints on rows of `points`, in the units of the file.
         notes: What was left out or changed on reading, a line each.
     """
 
@@ -78,6 +80,7 @@ class ForeignMesh:
     facets: Mapping[str, Indices] = field(default_factory=dict)
     numbers: Mapping[str, Indices] = field(default_factory=dict)
     attached: tuple[Attachment, ...] = ()
+    constraints: LinearConstraints = LinearConstraints()
     notes: tuple[str, ...] = ()
 
     def numbers_of(self, kind: str) -> Indices:
@@ -142,16 +145,23 @@ def raw_mesh(name: str, foreign: ForeignMesh) -> RawMesh:
         facets={group: raw.facets.get(group, none) for group in groups},
         nodes=_nodes_of_cells(foreign, kind),
         attached=foreign.attached,
+        constraints=foreign.constraints.renumbered(_rows_of_cells(foreign, kind)),
         notes=foreign.notes,
     )
 
 
 def _nodes_of_cells(foreign: ForeignMesh, kind: str) -> dict[str, Indices]:
     """Sets of nodes as rows of the points that cells have, which are numbered as they stand."""
+    row = _rows_of_cells(foreign, kind)
+    found = {name: row[nodes] for name, nodes in foreign.node_sets.items()}
+    return {name: rows[rows >= 0] for name, rows in found.items()}
+
+
+def _rows_of_cells(foreign: ForeignMesh, kind: str) -> Indices:
+    """Row of each point among those that cells have, -1 for one of no cell."""
     used = np.zeros(len(foreign.points), dtype=bool)
     used[foreign.cells[kind]] = True
-    row = np.cumsum(used) - 1
-    return {name: row[nodes[used[nodes]]] for name, nodes in foreign.node_sets.items()}
+    return np.where(used, np.cumsum(used) - 1, -1)
 
 
 def _add_cells(foreign: ForeignMesh, kind: str) -> None:

@@ -62,7 +62,8 @@ class HarmonicSolver(HeldTogether):
         if truncation is None:
             raise TypeError("full order has no shapes besides modes and attachment solutions")
         self._known = truncation.residual_flexibility(harmonics)
-        self._matrix = solid.stiffness.copy()
+        self._system = solid.system
+        self._matrix = self._system.stiffness.copy()
         self._ksp = PETSc.KSP().create(solid.stiffness.comm)
         self._ksp.setOptionsPrefix("nnm_harmonic_")
         use_mumps(self._ksp)
@@ -99,15 +100,15 @@ class HarmonicSolver(HeldTogether):
             s, rows = (n * omega) ** 2, order == n
             self._factorise(s)
             inertia = s * (self._mass_static @ ell[rows].T)
-            added[rows] = self._deflated(solved(self._ksp, inertia)).T
+            added[rows] = self._deflated(self._solved(inertia)).T
         return added
 
     def _parabola(self, s: float) -> tuple[float, Array, Array, Array]:
         """Centre, D, D' and D'' / 2 at s."""
         self._factorise(s)
-        X = self._deflated(solved(self._ksp, self._forces))
+        X = self._deflated(self._solved(self._forces))
         mass_X = product(self._analysis.solid.mass, X)
-        second = solved(self._ksp, mass_X)
+        second = self._solved(mass_X)
         value = s * self._gram(self._mass_static, X)
         return s, value, self._gram(X, mass_X), self._gram(mass_X, second)
 
@@ -116,10 +117,10 @@ class HarmonicSolver(HeldTogether):
         return np.asarray((whole + whole.T) / 2)
 
     def _factorise(self, s: float) -> None:
-        solid = self._analysis.solid
+        system = self._system
         same = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-        solid.stiffness.copy(self._matrix, same)
-        self._matrix.axpy(-s, solid.mass, same)
+        system.stiffness.copy(self._matrix, same)
+        self._matrix.axpy(-s, system.mass, same)
         self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         self._ksp.setOperators(self._matrix)
         try:
@@ -129,6 +130,10 @@ class HarmonicSolver(HeldTogether):
                 f"K - s M cannot be factorised at {np.sqrt(s) / 2 / np.pi:.6g} Hz: {error}"
             ) from error
         self.factorisations += 1
+
+    def _solved(self, forces: Array) -> Array:
+        """Displacements under columns of forces, at the s factorised last."""
+        return self._system.whole(solved(self._ksp, self._system.forces(forces)))
 
     def _deflated(self, X: Array) -> Array:
         """Without the explicit modes, which round-off brings in near their frequencies."""

@@ -90,8 +90,8 @@ def modes_below(solid: Solid, shift: float, memory: float | None = None) -> int:
         OutOfMemoryError: if that is not enough.
         ConvergenceError: if there is no factorisation for another reason.
     """
-    shifted = solid.stiffness.copy()
-    shifted.axpy(-shift, solid.mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+    shifted = solid.system.stiffness.copy()
+    shifted.axpy(-shift, solid.system.mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
     shifted.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     ksp = PETSc.KSP().create(shifted.comm)
     ksp.setOptionsPrefix("nnm_inertia_")

@@ -52,23 +52,25 @@ def fixed_interface_modes(
     Raises:
         ConvergenceError: if the eigensolver fails.
     """
-    eps = eigenproblem(solid.stiffness, solid.mass, "nnm_interface_")
+    system = solid.system
+    eps = eigenproblem(system.stiffness, system.mass, "nnm_interface_")
     eps.setDimensions(count)
     solver = eps.getST().getKSP()
     solver.setType(PETSc.KSP.Type.PREONLY)
     solver.getPC().setType(PETSc.PC.Type.PYTHON)
     comm = solid.tagged.mesh.comm
-    solver.getPC().setPythonContext(_HeldSolve(ksp, forces, attachments, comm))
+    held = _HeldSolve(ksp, system.forces(forces), system.independent(attachments), comm)
+    solver.getPC().setPythonContext(held)
     eps.solve()
     if eps.getConverged() < count:
         raise ConvergenceError(
             f"eigensolver: {eps.getConverged()} of {count} fixed-interface modes converged"
         )
     shapes = np.empty((solid.owned, count))
-    vector = solid.stiffness.createVecRight()
+    vector = system.stiffness.createVecRight()
     for column in range(count):
         eps.getEigenvector(column, vector)
         shapes[:, column] = vector.array_r
     vector.destroy()
     eps.destroy()
-    return shapes
+    return system.whole(shapes)

@@ -40,13 +40,19 @@ class IterativeModalSolver(HeldTogether):
             memory: Memory in bytes that a rank may take to count modes; no limit if None.
 
         Raises:
-            ModelError: if its elements are not quadratic.
+            ModelError: if its elements are not quadratic, or it has constraints.
         """
         if solid.body.degree < 2:
             raise ModelError(
                 f"degree = {solid.body.degree}: the iterative solver needs quadratic elements: "
                 "must be 2, or the direct solver",
                 code=Code.DEGREE,
+            )
+        if solid.system.keys:
+            raise ModelError(
+                f"{solid.system.keys[0]}: constraints cannot be followed by the iterative solver: "
+                "must be the direct solver",
+                code=Code.CONSTRAINED,
             )
         super().__init__(solid.tagged.mesh.comm)
         self._solid, self._memory = solid, memory

@@ -14,6 +14,7 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.built_in import built_in
+from fenics_nnm.fem.constraints import LinearConstraints
 from fenics_nnm.fem.kept_mesh import MeshAsRead, StoredMesh
 from fenics_nnm.fem.mesh_file import ReadMesh, assert_file, seconds_to_read
 from fenics_nnm.fem.native import Limits, in_own_process
@@ -33,6 +34,7 @@ class TaggedMesh:
         cells: Local cell indices, ghosts included, of each named group; names as above.
         nodes: Local nodes of the geometry, ghosts included, of each named set of nodes.
         attached: Masses and springs that the file has.
+        constraints: Constraints that the file has; nodes by their numbers in the input mesh.
         notes: What was left out or changed on reading the file, a line each.
         as_read: The mesh before it was spread over the ranks, to be kept.
     """
@@ -42,6 +44,7 @@ class TaggedMesh:
     cells: dict[str, Indices]
     nodes: dict[str, Indices] = field(default_factory=dict)
     attached: tuple[Attachment, ...] = ()
+    constraints: LinearConstraints = LinearConstraints()
     notes: tuple[str, ...] = ()
     as_read: MeshAsRead = field(default_factory=MeshAsRead)
 
@@ -140,6 +143,7 @@ def spread_mesh(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> T
         spread.cells,
         spread.nodes,
         spread.attached,
+        spread.constraints,
         spread.notes,
         spread.as_read,
     )

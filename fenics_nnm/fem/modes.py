@@ -44,9 +44,10 @@ class DirectModalSolver(HeldTogether):
         self._solid, self._memory = solid, memory
         self.free = solid.free
         super().__init__(solid.tagged.mesh.comm)
-        self._eps = eigenproblem(solid.stiffness, solid.mass, "nnm_")
+        self._system = solid.system
+        self._eps = eigenproblem(self._system.stiffness, self._system.mass, "nnm_")
         self._ksp = self._eps.getST().getKSP()
-        self._ksp.setOperators(solid.stiffness)  # which shift-invert about zero keeps
+        self._ksp.setOperators(self._system.stiffness)  # which shift-invert about zero keeps
         use_mumps(self._ksp)
         self._factorise()
 
@@ -93,7 +94,7 @@ class DirectModalSolver(HeldTogether):
         Returns:
             Displacements in m, shape (n_owned, k).
         """
-        return solved(self._ksp, forces)
+        return self._system.whole(solved(self._ksp, self._system.forces(forces)))
 
     def fixed_interface_modes(self, forces: Array, attachments: Array, count: int) -> Array:
         """The lowest modes with the contact interface held, from the same factorisation.
@@ -126,12 +127,12 @@ class DirectModalSolver(HeldTogether):
 
     def _shapes(self, order: Indices) -> Array:
         shapes = np.empty((self._solid.owned, len(order)))
-        vector = self._solid.stiffness.createVecRight()
+        vector = self._system.stiffness.createVecRight()
         product = vector.duplicate()
         for column, index in enumerate(order):
             self._eps.getEigenvector(int(index), vector)
-            self._solid.mass.mult(vector, product)
+            self._system.mass.mult(vector, product)
             shapes[:, column] = vector.array / np.sqrt(vector.dot(product))
         vector.destroy()
         product.destroy()
-        return shapes
+        return self._system.whole(shapes)

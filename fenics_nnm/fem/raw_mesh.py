@@ -12,6 +12,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.constraints import LinearConstraints, from_json, to_json
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +28,7 @@ class RawMesh:
         groups: Rows of `cells` of each named group.
         nodes: Rows of `points` of each named set of nodes.
         attached: Masses and springs, in the units of the file, which must be SI units.
+        constraints: Constraints on rows of `points`, in the units of the file.
         notes: What was left out or changed on reading, a line each.
     """
 
@@ -38,6 +40,7 @@ class RawMesh:
     groups: Mapping[str, Indices]
     nodes: Mapping[str, Indices] = field(default_factory=dict)
     attached: tuple[Attachment, ...] = ()
+    constraints: LinearConstraints = LinearConstraints()
     notes: tuple[str, ...] = ()
 
 
@@ -47,6 +50,7 @@ def arrays_of(raw: RawMesh) -> dict[str, Any]:
     words = {
         "names": [list(each) for each in named],
         "attached": [asdict(each) for each in raw.attached],
+        "constraints": to_json(raw.constraints),
         "notes": raw.notes,
     }
     arrays: dict[str, Any] = {
@@ -79,6 +83,7 @@ def raw_of(arrays: Mapping[str, Any]) -> RawMesh:
         groups,
         nodes,
         tuple(_attachment(each) for each in words["attached"]),
+        from_json(words["constraints"]),
         tuple(words["notes"]),
     )
     _assert_rows(raw)

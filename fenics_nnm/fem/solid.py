@@ -20,10 +20,13 @@ from fenics_nnm.fem.attachments import (
     nearest_vertex,
     spread_form,
 )
-from fenics_nnm.fem.clamp import Clamp, held_blocks
+from fenics_nnm.fem.clamp import Clamp, held_blocks, held_points
+from fenics_nnm.fem.constrained import constrained
+from fenics_nnm.fem.constraints import LinearConstraints
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.regions import Region, Regions, regions_on
 from fenics_nnm.fem.stress import Expr, Theory, cauchy_stress, strain, stress
+from fenics_nnm.fem.system import System
 
 #: Dimension of the mesh that each theory needs.
 THEORY_DIMENSION: dict[Theory, int] = {"rod": 1, "plane-stress": 2, "plane-strain": 2, "solid": 3}
@@ -40,6 +43,7 @@ class Body:
             m, 1 for a solid.
         degree: Polynomial degree of the displacement, 1 or 2.
         attachments: Masses and springs.
+        constraints: Constraints besides those of the mesh, of facets alone.
     """
 
     theory: Theory
@@ -47,21 +51,26 @@ class Body:
     extent: float = 1.0
     degree: int = 2
     attachments: tuple[Attachment, ...] = ()
+    constraints: LinearConstraints = LinearConstraints()
 
 
 @dataclass(frozen=True, slots=True)
 class Solid:
     """Assembled body, clamped.
 
+    K and M are those of all degrees of freedom; with constraints u = T v motion obeys those of
+    `system`, T^T K T and T^T M T.
+
     Attributes:
         tagged: Mesh, named facets and cells.
         space: Displacement space.
         stiffness: K in N/m, unit diagonal on clamped rows.
         mass: Consistent M in kg, zero on clamped rows.
-        clamped: Local indices of clamped degrees of freedom, unrolled.
+        clamped: Local indices of degrees of freedom that do not move, unrolled.
         body: Theory and materials.
         regions: Cells of each material.
         vertices: Vertex of each attachment at a point, by its key.
+        system: What is solved.
     """
 
     tagged: TaggedMesh
@@ -72,6 +81,7 @@ class Solid:
     body: Body
     regions: Regions
     vertices: dict[str, Vertex]
+    system: System
 
     @property
     def dofs(self) -> int:
@@ -88,7 +98,8 @@ class Solid:
     def free(self) -> int:
         """Number of free degrees of freedom, of all ranks."""
         clamped = int(np.count_nonzero(self.clamped < self.owned))
-        return self.dofs - int(self.tagged.mesh.comm.allreduce(clamped))
+        held = int(self.tagged.mesh.comm.allreduce(clamped))
+        return self.dofs - held - self.system.dependent
 
 
 def assemble_solid(
@@ -101,7 +112,11 @@ def assemble_solid(
             exactly one material, or something cannot be attached.
         ModelError: if the orientation of a material does not go with the theory.
     """
-    body = replace(body, attachments=(*body.attachments, *tagged.attached))
+    body = replace(
+        body,
+        attachments=(*body.attachments, *tagged.attached),
+        constraints=held_points(tagged, clamps).and_also(body.constraints),
+    )
     expected = THEORY_DIMENSION[body.theory]
     if tagged.dim != expected:
         raise MeshError(
@@ -112,22 +127,39 @@ def assemble_solid(
     regions = regions_on(tagged, body.regions)
     space = fem.functionspace(tagged.mesh, ("Lagrange", body.degree, (tagged.dim,)))
     strain_energy, inertia = _forms(space, body, regions)
-    blocks = fem.locate_dofs_topological(space, tagged.dim - 1, clamped_facets)
+    clamp, unrolled = _clamped(space, tagged, clamped_facets, clamps)
+    joined = constrained(space, tagged, body.constraints, unrolled)
+    for axis in range(tagged.dim):
+        clamp.append(_held_along(space, axis, joined.held[joined.held % tagged.dim == axis]))
+    unrolled = np.union1d(unrolled, joined.held).astype(np.int32)
+    K = assemble_matrix(fem.form(strain_energy), clamp, 1.0)
+    M = assemble_matrix(fem.form(inertia), clamp, 0.0)
+    vertices = _attach(tagged, space, body, (K, M), clamp, unrolled)
+    K, M, system = joined.system(K, M)
+    for matrix in (K, M):
+        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    return Solid(tagged, space, K, M, unrolled, body, regions, vertices, system)
+
+
+def _held_along(space: fem.FunctionSpace, axis: int, dofs: Indices) -> fem.DirichletBC:
+    """No displacement along an axis at some degrees of freedom, unrolled."""
+    if space.mesh.topology.dim == 1:  # whose space has no components
+        return fem.dirichletbc(fem.Function(space), dofs)
+    return fem.dirichletbc(np.float64(0.0), dofs, space.sub(axis))
+
+
+def _clamped(
+    space: fem.FunctionSpace, tagged: TaggedMesh, facets: Indices, clamps: Sequence[Clamp]
+) -> tuple[list[fem.DirichletBC], Indices]:
+    """Conditions of facets and clamps, and their local degrees of freedom, unrolled."""
+    blocks = fem.locate_dofs_topological(space, tagged.dim - 1, facets)
     # a function, since from dolfinx 0.11 on a constant of a rod's vectors has another shape
     clamp = [fem.dirichletbc(fem.Function(space), blocks)]
     unrolled = (blocks[:, None] * tagged.dim + np.arange(tagged.dim)).ravel().astype(np.int32)
     for axis, dofs in _held(space, tagged, clamps, unrolled):
-        if tagged.dim == 1:  # whose space has no components
-            clamp.append(fem.dirichletbc(fem.Function(space), dofs))
-        else:
-            clamp.append(fem.dirichletbc(np.float64(0.0), dofs, space.sub(axis)))
+        clamp.append(_held_along(space, axis, dofs))
         unrolled = np.union1d(unrolled, dofs).astype(np.int32)
-    K = assemble_matrix(fem.form(strain_energy), clamp, 1.0)
-    M = assemble_matrix(fem.form(inertia), clamp, 0.0)
-    vertices = _attach(tagged, space, body, (K, M), clamp, unrolled)
-    for matrix in (K, M):
-        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    return Solid(tagged, space, K, M, unrolled, body, regions, vertices)
+    return clamp, unrolled
 
 
 def _held(

@@ -15,6 +15,7 @@ from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.compat import cell_permutation, distribute_entity_data, ufl_mesh
+from fenics_nnm.fem.constraints import LinearConstraints
 from fenics_nnm.fem.kept_mesh import MeshAsRead, mesh_as_read
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.raw_mesh import RawMesh
@@ -30,6 +31,7 @@ class SpreadMesh:
         cells: Local cells, ghosts included, of each named group.
         nodes: Local nodes of the geometry, ghosts included, of each named set of nodes.
         attached: Those of `RawMesh`, with as many components as the mesh has dimensions.
+        constraints: Those of `RawMesh`, in SI units.
         notes: Those of `RawMesh`.
         as_read: The mesh before it was spread.
     """
@@ -39,6 +41,7 @@ class SpreadMesh:
     cells: dict[str, Indices]
     nodes: dict[str, Indices]
     attached: tuple[Attachment, ...]
+    constraints: LinearConstraints
     notes: tuple[str, ...]
     as_read: MeshAsRead
 
@@ -82,8 +85,20 @@ def distributed(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> S
     nodes: dict[str, Indices] = {
         name: np.flatnonzero(np.isin(numbers, rows)) for name, rows in named.nodes.items()
     }
-    attached, as_read = _attached(named, metres), replace(as_read, digest=digest)
-    return SpreadMesh(mesh, facets, cells, nodes, attached, named.notes, as_read)
+    attached, constraints = _attached(named, metres), _constraints(named, metres)
+    as_read = replace(as_read, digest=digest)
+    return SpreadMesh(mesh, facets, cells, nodes, attached, constraints, named.notes, as_read)
+
+
+def _constraints(raw: RawMesh, metres: float) -> LinearConstraints:
+    carrying = [each for each in raw.constraints.references if each.attached]
+    if carrying and metres != 1:
+        raise MeshError(
+            f"{carrying[0].key}: its mass or springs cannot be followed: the unit of their values "
+            "is not known where lengths are not in m: leave them out, and give them in [[rigid]] "
+            "of the study in SI units"
+        )
+    return raw.constraints.scaled(metres)
 
 
 def _attached(raw: RawMesh, metres: float) -> tuple[Attachment, ...]:

@@ -30,7 +30,8 @@ def other_clamps(study: MeshStudy, dim: int) -> list[Clamp]:
         if clamp.nodes or clamp.directions:
             axes = tuple(sorted("xyz".index(name) for name in clamp.directions or "xyz"[:dim]))
             key = _key(study, number)
-            found.append(Clamp(key, clamp.facets or (), clamp.nodes or (), axes))
+            turns = bool(clamp.directions)
+            found.append(Clamp(key, clamp.facets or (), clamp.nodes or (), axes, turns))
     return found
 
 

@@ -17,6 +17,7 @@ _MESH_FILE = ("mesh file ", "mesh.file = ")
 #: Words of an error with a code, each with the key that stands for it.
 KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.CELLS_OF_MATERIALS: (("cells of materials", "material.cells"),),
+    Code.CONSTRAINED: (_DIRECT,),
     Code.CURVED_ELEMENTS: (
         _MESH_FILE,
         ("a smaller element size", "a smaller element_size"),

@@ -1,0 +1,186 @@
+"""From constraints to the system that is solved: dependent degrees of freedom, T and T^T K T."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from dolfinx import fem
+from petsc4py import PETSc
+from scipy.sparse import coo_array, csr_array
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.constraint_rows import SIX, constraint_equations
+from fenics_nnm.fem.constraints import AXES, LinearConstraints, Reference
+from fenics_nnm.fem.elimination import Elimination, Expression, eliminated
+from fenics_nnm.fem.mesh import TaggedMesh
+from fenics_nnm.fem.system import ConstrainedSystem, FreeSystem, System
+
+_AXIS_NAMES = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
+
+
+@dataclass(frozen=True, slots=True)
+class _Load:
+    """Stiffness and mass between two axes of reference points, as expressions of the mesh."""
+
+    first: Expression
+    second: Expression
+    stiffness: float
+    mass: float
+
+
+@dataclass(frozen=True, slots=True)
+class Constrained:
+    """Constraints on a space, solved for dependent degrees of freedom; the same on all ranks.
+
+    Attributes:
+        space: Displacement space.
+        constraints: What was asked for.
+        found: Global degrees of freedom as expressions of independent ones.
+    """
+
+    space: fem.FunctionSpace
+    constraints: LinearConstraints
+    found: Elimination
+
+    @property
+    def held(self) -> Indices:
+        """Local degrees of freedom, ghosts included, that do not move at all, unrolled."""
+        still = np.array([c for c, row in self.found.dependent.items() if not row], dtype=np.int64)
+        size = self.space.dofmap.index_map_bs
+        local = self.space.dofmap.index_map.global_to_local(still // size)
+        return np.sort((local * size + still % size)[local >= 0]).astype(np.int32)
+
+    def system(
+        self, stiffness: PETSc.Mat, mass: PETSc.Mat
+    ) -> tuple[PETSc.Mat, PETSc.Mat, System]:
+        """K and M with what reference points carry, and the system to solve; all ranks call this.
+
+        Args:
+            stiffness: K of the mesh, assembled.
+            mass: M of the mesh, with the same pattern.
+
+        Raises:
+            MeshError: if a point that carries something is not held by the nodes.
+        """
+        loads = list(self._loads())
+        K = _plus(stiffness, [(each.first, each.second, each.stiffness) for each in loads])
+        M = _plus(mass, [(each.first, each.second, each.mass) for each in loads])
+        rows = {column: row for column, row in self.found.dependent.items() if row}
+        if not rows:
+            return K, M, FreeSystem(K, M)
+        T = _transformation(rows, K)
+        ones: list[tuple[Expression, Expression, float]] = [({c: 1.0}, {c: 1.0}, 1.0) for c in rows]
+        zeros = [(first, second, 0.0) for first, second, _ in ones]
+        reduced, inertia = _plus(K.PtAP(T), ones), _plus(M.PtAP(T), zeros)
+        for matrix in (reduced, inertia):
+            matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        start, end = K.getOwnershipRange()
+        dependent = np.array(sorted(rows), dtype=np.int64)
+        left = dependent[(dependent >= start) & (dependent < end)] - start
+        keys = self.constraints.keys
+        back = T.copy().transpose()
+        return K, M, ConstrainedSystem(reduced, inertia, len(rows), keys, T, back, left)
+
+    def _loads(self) -> list[_Load]:
+        """What all reference points carry, for each pair of axes."""
+        inside = self.space.dofmap.index_map.size_global * self.space.dofmap.index_map_bs
+        found = []
+        for place, reference in enumerate(self.constraints.references):
+            own = AXES[self.space.dofmap.index_map_bs]
+            stiffness, mass = np.array(reference.stiffness), np.array(reference.mass)
+            carried = (np.abs(stiffness) + np.abs(mass))[np.ix_(own, own)] > 0
+            axes = {
+                axis: self._axis(reference, axis, inside + SIX * place + axis)
+                for axis, used in zip(own, carried.any(axis=0), strict=True)
+                if used
+            }
+            found += [
+                _Load(axes[i], axes[j], float(stiffness[i, j]), float(mass[i, j]))
+                for i in axes
+                for j in axes
+                if stiffness[i, j] or mass[i, j]
+            ]
+        return found
+
+    def _axis(self, reference: Reference, axis: int, column: int) -> Expression:
+        if column not in self.found.outside:
+            raise MeshError(
+                f"{reference.key}: has mass or springs, and the nodes of the body do not hold its "
+                f"{_AXIS_NAMES[axis]}: must follow nodes that do not lie on a line"
+            )
+        return self.found.outside[column]
+
+
+def constrained(
+    space: fem.FunctionSpace, tagged: TaggedMesh, constraints: LinearConstraints, clamped: Indices
+) -> Constrained:
+    """Solve constraints for dependent degrees of freedom; all ranks call this.
+
+    Args:
+        space: Displacement space.
+        tagged: Mesh.
+        constraints: Constraints, whose nodes are numbers of the input mesh.
+        clamped: Local degrees of freedom that do not move, unrolled.
+
+    Raises:
+        MeshError: if a constraint cannot be put on this mesh.
+    """
+    if not constraints.joining:
+        return Constrained(space, constraints, Elimination())
+    size, index_map = space.dofmap.index_map_bs, space.dofmap.index_map
+    own = clamped[clamped < index_map.size_local * size] + index_map.local_range[0] * size
+    fixed = np.concatenate(tagged.mesh.comm.allgather(own))
+    found = eliminated(constraint_equations(space, tagged, constraints, fixed))
+    return Constrained(space, constraints, found)
+
+
+def _transformation(rows: Mapping[int, Expression], like: PETSc.Mat) -> PETSc.Mat:
+    """T: the identity, with expressions in the rows of dependent degrees of freedom."""
+    start, end = like.getOwnershipRange()
+    own = {column: row for column, row in rows.items() if start <= column < end}
+    kept = np.setdiff1d(np.arange(start, end), np.fromiter(own, dtype=np.int64, count=len(own)))
+    entries = [(c, other, value) for c, row in own.items() for other, value in row.items()]
+    row, column, value = np.array(entries).reshape(-1, 3).T
+    return _matrix(
+        np.concatenate([kept, row.astype(np.int64)]),
+        np.concatenate([kept, column.astype(np.int64)]),
+        np.concatenate([np.ones(len(kept)), value]),
+        like,
+    )
+
+
+def _plus(matrix: PETSc.Mat, pairs: list[tuple[Expression, Expression, float]]) -> PETSc.Mat:
+    """A matrix with sum c a b^T of pairs of expressions added, zeros to its pattern too."""
+    if not pairs:
+        return matrix
+    start, end = matrix.getOwnershipRange()
+    parts = [_outer(first, second, value) for first, second, value in pairs]
+    row, column, value = (np.concatenate(each) for each in zip(*parts, strict=True))
+    mine = (row >= start) & (row < end)
+    added = _matrix(row[mine], column[mine], value[mine], matrix)
+    matrix.axpy(1.0, added, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+    added.destroy()
+    return matrix
+
+
+def _outer(first: Expression, second: Expression, value: float) -> tuple[Indices, Indices, Array]:
+    rows, columns = np.array(list(first), dtype=np.int64), np.array(list(second), dtype=np.int64)
+    values = value * np.outer(np.array(list(first.values())), np.array(list(second.values())))
+    return np.repeat(rows, len(columns)), np.tile(columns, len(rows)), values.ravel()
+
+
+def _matrix(row: Indices, column: Indices, value: Array, like: PETSc.Mat) -> PETSc.Mat:
+    """A matrix of owned rows with the layout of another one."""
+    start, end = like.getOwnershipRange()
+    entries = coo_array((value, (row - start, column)), shape=(end - start, like.getSize()[1]))
+    rows = csr_array(entries)
+    matrix = PETSc.Mat().createAIJ(
+        like.getSizes(),
+        csr=(rows.indptr.astype(np.int32), rows.indices.astype(np.int32), rows.data),
+        comm=like.comm,
+    )
+    matrix.assemble()
+    return matrix

@@ -1,0 +1,157 @@
+"""Constraints collected from the cards of a mesh file, by the labels of its nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from fenics_nnm.arrays import Array, Mask
+from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.constraints import Coupling, Equation, LinearConstraints, Reference, Six
+
+Label = TypeVar("Label")
+
+#: Axes of displacement, and all axes.
+SHIFTS, ALL = (0, 1, 2), (0, 1, 2, 3, 4, 5)
+
+
+@dataclass(slots=True)
+class ConstraintBuilder(Generic[Label]):
+    """Takes one constraint after the other.
+
+    Attributes:
+        rows: Row of the points of each node of the file that has one.
+        points: Coordinates of these points, shape (nodes, 3).
+        body: Which points cells of the body have.
+        names: From a label to its words, and to names of sets that it belongs to.
+        place: Coordinates of nodes without a row.
+    """
+
+    rows: Mapping[Label, int]
+    points: Array
+    body: Mask
+    words: Callable[[Label], str]
+    names: Callable[[Label], tuple[str, ...]]
+    place: Callable[[Label, str], Array]
+    _references: list[Reference] = field(default_factory=list)
+    _known: dict[Label, int] = field(default_factory=dict)
+    _couplings: list[Coupling] = field(default_factory=list)
+    _equations: list[Equation] = field(default_factory=list)
+
+    @property
+    def found(self) -> LinearConstraints:
+        """All that was taken."""
+        return LinearConstraints(
+            tuple(self._references), tuple(self._couplings), tuple(self._equations)
+        )
+
+    def in_body(self, label: Label) -> bool:
+        """Whether cells of the body have a node."""
+        return label in self.rows and bool(self.body[self.rows[label]])
+
+    def reference(self, label: Label, key: str) -> int:
+        """A node as a point with rotations.
+
+        Args:
+            label: The node.
+            key: What names it, for messages.
+
+        Raises:
+            MeshError: if it has no coordinates.
+        """
+        if label not in self._known:
+            self._known[label] = len(self._references)
+            self._references.append(
+                Reference(
+                    f"{key}: {self.words(label)}",
+                    tuple(float(x) for x in self.where(label, key)),
+                    self.names(label),
+                    node=self.rows[label] if self.in_body(label) else -1,
+                )
+            )
+        return self._known[label]
+
+    def where(self, label: Label, key: str) -> Array:
+        """Coordinates of a node.
+
+        Raises:
+            MeshError: if it has none.
+        """
+        return self.points[self.rows[label]] if label in self.rows else self.place(label, key)
+
+    def rigid(
+        self, key: str, reference: Label, members: Iterable[Label], axes: tuple[int, ...]
+    ) -> int:
+        """Nodes that follow another one as a rigid body; how many they are."""
+        given = list(dict.fromkeys(members))
+        nodes = tuple(self.rows[label] for label in given if self.in_body(label))
+        others = [label for label in given if not self.in_body(label) and label != reference]
+        followers = tuple(self.reference(label, key) for label in others)
+        self._couplings.append(
+            Coupling(key, "rigid", self.reference(reference, key), axes, nodes, (), followers)
+        )
+        return len(nodes) + len(followers)
+
+    def mean(
+        self,
+        key: str,
+        reference: Label,
+        weights: Mapping[Label, tuple[float, ...]],
+        axes: tuple[int, ...],
+    ) -> None:
+        """A node that follows the weighted mean motion of others.
+
+        Raises:
+            MeshError: if one of them is no node of the body.
+        """
+        for label in weights:
+            if not self.in_body(label):
+                raise MeshError(
+                    f"{key} cannot be followed: {self.words(label)} is no node of the body"
+                )
+        nodes = tuple(self.rows[label] for label in weights)
+        place = self.reference(reference, key)
+        self._couplings.append(
+            Coupling(key, "mean", place, axes, nodes, weights=tuple(weights.values()))
+        )
+
+    def equation(self, key: str, terms: Iterable[tuple[Label, int, float]]) -> None:
+        """A sum of coefficients times displacements along axes that is zero."""
+        found = tuple((self._term(label, key), axis, value) for label, axis, value in terms)
+        if not any(value for _, _, value in found):
+            raise MeshError(f"{key} cannot be followed: all its coefficients are zero")
+        self._equations.append(Equation(key, found))
+
+    def pin(self, key: str, first: Label, second: Label) -> None:
+        """Two nodes with one displacement."""
+        for axis in SHIFTS:
+            self.equation(key, [(first, axis, 1.0), (second, axis, -1.0)])
+
+    def link(self, key: str, first: Label, second: Label) -> None:
+        """Two nodes whose distance does not change.
+
+        Raises:
+            MeshError: if they are at one place.
+        """
+        along = self.where(first, key) - self.where(second, key)
+        if not np.linalg.norm(along) > 0:
+            raise MeshError(f"{key} cannot be followed: its two nodes are at one place")
+        along = along / np.linalg.norm(along)
+        terms = [(label, axis, sign * float(along[axis])) for label, sign in ((first, 1), (second, -1)) for axis in SHIFTS if along[axis]]
+        self.equation(key, terms)
+
+    def carry(self, key: str, label: Label, *, mass: Six | None = None, stiffness: Six | None = None) -> None:
+        """Mass, or springs to the ground, at a node."""
+        place = self.reference(label, key)
+        found = self._references[place]
+        if mass is not None:
+            found = found.with_mass(mass)
+        if stiffness is not None:
+            found = found.with_stiffness(stiffness)
+        self._references[place] = replace(found, key=f"{key}: {self.words(label)}")
+
+    def _term(self, label: Label, key: str) -> int:
+        return self.rows[label] if self.in_body(label) else -1 - self.reference(label, key)

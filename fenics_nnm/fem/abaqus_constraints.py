@@ -1,4 +1,4 @@
-"""Keywords of Abaqus and CalculiX that join nodes: those that can be followed, and where not.
+"""Keywords of Abaqus and CalculiX that join nodes: collected, and ties followed.
 
 Ties of surfaces whose nodes lie at the same places merge these nodes, which is exact. Couplings
 that distribute loads leave the structure as it is. Equations that are removed again are none.
@@ -14,8 +14,10 @@ from scipy.spatial import KDTree
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.abaqus_cards import Card
+from fenics_nnm.fem.abaqus_joints import JOINTS, Joint, joint_of
 from fenics_nnm.fem.cell_shapes import FacetTable, facet_table
-from fenics_nnm.fem.foreign_mesh import KINDS, ForeignMesh
+from fenics_nnm.fem.foreign_mesh import ForeignMesh, body_cells
+from fenics_nnm.fem.merging import merged
 
 #: Distance over the size of the facets within which two nodes lie at one place.
 _SAME_PLACE = 1e-4
@@ -27,53 +29,48 @@ class Constraints:
 
     Attributes:
         ties: *TIE cards.
-        equations: First *EQUATION that stands, if any.
+        joints: Other keywords, each with the part that it stands in, "" outside of parts.
         coupling: *COUPLING whose kind is not known yet.
-        references: Reference nodes of couplings that distribute, with their places in the file.
-        notes: What has no effect and is left out.
     """
 
     ties: list[Card] = field(default_factory=list)
-    equations: list[Card] = field(default_factory=list)
+    joints: list[tuple[Joint, str]] = field(default_factory=list)
     coupling: Card | None = None
-    references: dict[str, str] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
 
-    def take(self, card: Card) -> bool:
+    def take(self, card: Card, part: str) -> bool:
         """Take a keyword that joins nodes; whether it is one.
+
+        Args:
+            card: Keyword.
+            part: Part that it stands in.
 
         Raises:
             MeshError: if it cannot be followed.
         """
         if card.keyword == "TIE":
             self._take_tie(card)
-        elif card.keyword == "EQUATION":
-            self._take_equation(card)
+        elif card.keyword == "EQUATION" and _removes(card):
+            self._remove_equations(card)
         elif card.keyword == "COUPLING":
-            self.assert_none()
+            self.assert_whole()
             self.coupling = card
-        elif card.keyword == "DISTRIBUTING" and self.coupling is not None:
-            self._distribute(self.coupling)
-        elif card.keyword == "KINEMATIC" and self.coupling is not None:
-            self.assert_none()
+        elif card.keyword in JOINTS:
+            self.joints.append((joint_of(card, self.coupling), part))
+            self.coupling = None
         else:
             return False
         return True
 
-    def assert_none(self) -> None:
-        """Refuse what cannot be followed.
+    def assert_whole(self) -> None:
+        """Refuse a coupling without its kind.
 
         Raises:
-            MeshError: if equations stand, or a coupling that makes a surface rigid.
+            MeshError: if there is one.
         """
-        if self.equations:
-            raise MeshError(
-                f"{self.equations[0].place}: *EQUATION cannot be followed: it joins nodes"
-            )
         if self.coupling is not None:
             raise MeshError(
-                f"{self.coupling.place}: *COUPLING with *KINEMATIC cannot be followed: it makes a "
-                "surface rigid"
+                f"{self.coupling.place}: *COUPLING cannot be followed: must be followed by "
+                "*KINEMATIC or *DISTRIBUTING"
             )
 
     def _take_tie(self, card: Card) -> None:
@@ -84,29 +81,24 @@ class Constraints:
             )
         self.ties.append(card)
 
-    def _take_equation(self, card: Card) -> None:
-        removes_all = "REMOVEALL" in {name.replace(" ", "") for name in card.options} or (
-            card.options.get("REMOVE", "").upper() == "ALL"
-        )
-        if removes_all:
-            self.equations.clear()
-        elif "REMOVE" not in card.options:
-            self.equations.append(card)
-        else:
-            self.assert_none()  # some of the equations may stay
-
-    def _distribute(self, card: Card) -> None:
-        node = card.option("REF NODE").upper()
-        if node in self.references:
+    def _remove_equations(self, card: Card) -> None:
+        equations = [each for each, _ in self.joints if each.card.keyword == "EQUATION"]
+        if equations and not _removes_all(card):
             raise MeshError(
-                f"{card.place}: *COUPLING cannot be followed: its reference node {node} is that of "
-                f"{self.references[node]} too, which joins the two surfaces"
+                f"{equations[0].card.place}: *EQUATION cannot be followed: it joins nodes, and "
+                f"{card.place} removes some equations, not all"
             )
-        self.references[node] = card.place
-        self.coupling = None
-        self.notes.append(
-            f"not read: *COUPLING with *DISTRIBUTING of node {node}, which spreads loads alone"
-        )
+        self.joints = [each for each in self.joints if each[0].card.keyword != "EQUATION"]
+
+
+def _removes(card: Card) -> bool:
+    return _removes_all(card) or "REMOVE" in card.options
+
+
+def _removes_all(card: Card) -> bool:
+    return "REMOVEALL" in {name.replace(" ", "") for name in card.options} or (
+        card.options.get("REMOVE", "").upper() == "ALL"
+    )
 
 
 def tied(foreign: ForeignMesh, ties: list[Card]) -> ForeignMesh:
@@ -117,13 +109,12 @@ def tied(foreign: ForeignMesh, ties: list[Card]) -> ForeignMesh:
     """
     for card in ties:
         for row in card.rows:
-            foreign = _merged(foreign, card, row[0], row[1] if len(row) > 1 else "")
+            foreign = _tied(foreign, card, row[0], row[1] if len(row) > 1 else "")
     return foreign
 
 
-def _merged(foreign: ForeignMesh, card: Card, slave: str, master: str) -> ForeignMesh:
-    cells = _body(foreign)
-    table = facet_table(cells)
+def _tied(foreign: ForeignMesh, card: Card, slave: str, master: str) -> ForeignMesh:
+    table = facet_table(body_cells(foreign))
     own, other = (_nodes_of(foreign, card, name, table) for name in (slave, master))
     own = np.setdiff1d(own, other)
     if not len(own):
@@ -141,21 +132,8 @@ def _merged(foreign: ForeignMesh, card: Card, slave: str, master: str) -> Foreig
         )
     row = np.arange(len(foreign.points))
     row[own] = partner
-    return replace(
-        foreign,
-        cells={kind: row[nodes] for kind, nodes in foreign.cells.items()},
-        node_sets={name: np.unique(row[nodes]) for name, nodes in foreign.node_sets.items()},
-        facets={
-            name: np.where(corners >= 0, row[corners], -1)
-            for name, corners in foreign.facets.items()
-        },
-        notes=(*foreign.notes, f"*TIE of {slave} and {master}: {len(own)} nodes are merged"),
-    )
-
-
-def _body(foreign: ForeignMesh) -> dict[str, Indices]:
-    dim = max(KINDS[kind][0] for kind in foreign.cells)
-    return {kind: rows for kind, rows in foreign.cells.items() if KINDS[kind][0] == dim}
+    note = f"*TIE of {slave} and {master}: {len(own)} nodes are merged"
+    return replace(merged(foreign, row), notes=(*foreign.notes, note))
 
 
 def _nodes_of(foreign: ForeignMesh, card: Card, name: str, table: FacetTable) -> Indices:

@@ -15,7 +15,7 @@ _SILENT = """
     HEADING, PREPRINT, RESTART, ASSEMBLY, END ASSEMBLY, PART, END PART, INSTANCE, END INSTANCE,
     NODE PRINT, NODE FILE, NODE OUTPUT, EL PRINT, EL FILE, ELEMENT OUTPUT, CONTACT PRINT,
     CONTACT FILE, CONTACT OUTPUT, FACE PRINT, SECTION PRINT, SECTION FILE, OUTPUT, FILE FORMAT,
-    MONITOR, TIME POINTS, FILTER, DIAGNOSTICS, KINEMATIC, DISTRIBUTING
+    MONITOR, TIME POINTS, FILTER, DIAGNOSTICS
 """
 
 #: Keywords of what the study states itself, or that have no effect on mass and stiffness.
@@ -51,20 +51,12 @@ _MERGE = "it joins surfaces: merge the nodes of both sides"
 
 #: What keywords that change the structure do.
 _REASONS = {
-    "EQUATION": "joins nodes",
-    "MPC": "joins nodes",
-    "RIGIDBODY": "makes a part rigid",
-    "COUPLING": "makes a surface rigid",
-    "KINEMATICCOUPLING": "makes nodes rigid",
     "DISTRIBUTINGCOUPLING": "joins nodes",
     "EMBEDDEDELEMENT": "joins parts",
     "SHELLTOSOLIDCOUPLING": "joins parts",
     "FASTENER": "joins parts",
     "PRE-TENSIONSECTION": "joins nodes",
     "CYCLICSYMMETRYMODEL": "joins the two sides of a sector",
-    "SPRING": "adds stiffness: a spring to the ground is [[spring]] of the study",
-    "MASS": "adds mass: must be [[mass]] of the study",
-    "ROTARYINERTIA": "adds inertia",
     "NONSTRUCTURALMASS": "adds mass: must be [[mass]] of the study",
     "DASHPOT": "adds damping",
     "CONNECTORSECTION": "joins nodes",

@@ -6,7 +6,7 @@ meshio keeps one *NODE block alone, no sets of sets and no surfaces, hence a rea
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -17,10 +17,14 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.abaqus_cards import Card, cards, real_number, whole_number
 from fenics_nnm.fem.abaqus_constraints import Constraints, tied
+from fenics_nnm.fem.abaqus_joints import Joiner, Owner, nowhere
 from fenics_nnm.fem.abaqus_keywords import is_stated, left_out
 from fenics_nnm.fem.abaqus_sets import Label, Model, name_set
+from fenics_nnm.fem.cell_shapes import facet_table
+from fenics_nnm.fem.constraint_builder import ConstraintBuilder
 from fenics_nnm.fem.coordinates import in_rectangular
-from fenics_nnm.fem.foreign_mesh import ForeignMesh
+from fenics_nnm.fem.foreign_mesh import ForeignMesh, body_cells, in_body
+from fenics_nnm.fem.merging import merged_by_equations
 
 #: meshio's name and number of nodes of element types; what follows the first match is integration.
 _ELEMENTS = {
@@ -37,6 +41,7 @@ _ELEMENTS = {
     r"CP[SE]8|S8|M3D8|SFM3D8": ("quad8", 8),
     r"T[123]D2": ("line", 2),
     r"T[23]D3": ("line3", 3),
+    r"MASS|ROTARYI|SPRING1": ("vertex", 1),
 }
 
 
@@ -67,7 +72,6 @@ class _File:
         return (
             *left_out(self.stated, ", which the study states or which have no effect here"),
             *left_out(self.in_steps, ", which stand after the first *STEP"),
-            *self.constraints.notes,
             *((spare,) if self.spare else ()),
         )
 
@@ -82,7 +86,7 @@ def read_abaqus(path: Path) -> ForeignMesh:
         MeshError: if the file cannot be read, or makes its mesh in a way that is not followed.
     """
     file = _read(path)
-    file.constraints.assert_none()
+    file.constraints.assert_whole()
     model = Model()
     _place(model, file.parts[""], "", None)
     for name, part, card in file.instances:
@@ -94,25 +98,76 @@ def read_abaqus(path: Path) -> ForeignMesh:
         raise MeshError(f"mesh file {path}: holds no *ELEMENT", code=Code.MESH_FILE)
     _name_sets(model, file.parts, [(name, part) for name, part, _ in file.instances])
     foreign = replace(_foreign(path, model), notes=file.notes)
-    return tied(foreign, file.constraints.ties)
+    return merged_by_equations(tied(_joined(foreign, model, file), file.constraints.ties))
+
+
+def _joined(foreign: ForeignMesh, model: Model, file: _File) -> ForeignMesh:
+    """The mesh with what keywords say of nodes that move together."""
+    joints = file.constraints.joints
+    if not joints:
+        return foreign
+    turned = [joint for joint, _ in joints if joint.turned]
+    if turned and "TRANSFORM" in file.stated:
+        card = turned[0].card
+        raise MeshError(
+            f"{card.place}: *{card.keyword} cannot be followed beside *TRANSFORM, which turns its "
+            "directions"
+        )
+    builder = ConstraintBuilder(
+        {label: row for row, label in enumerate(model.nodes)},
+        foreign.points,
+        in_body(foreign),
+        lambda label: f"node {label[1]}",
+        _names_of_nodes(model),
+        nowhere,
+    )
+    joiner = Joiner(model, builder, facet_table(body_cells(foreign)))
+    for joint, part in joints:
+        for owner in _owners(file, part):
+            joiner.take(joint, owner)
+    joiner.assert_spread()
+    return replace(
+        foreign, constraints=builder.found, notes=(*foreign.notes, *dict.fromkeys(joiner.notes))
+    )
+
+
+def _owners(file: _File, part: str) -> list[Owner]:
+    """Owners of the numbers of a keyword: of each instance of its part, or of the assembly."""
+    own = [
+        Owner(name, f"{name}." if len(file.instances) > 1 else "")
+        for name, of, _ in file.instances
+        if part in (of, f"\n{name.upper()}")
+    ]
+    return own if part else [Owner("", "")]
+
+
+def _names_of_nodes(model: Model) -> Callable[[Label], tuple[str, ...]]:
+    """Names of the sets of each node, besides that of its number."""
+    names: dict[Label, list[str]] = {}
+    for key, labels in model.node_sets.items():
+        for label in labels:
+            names.setdefault(label, []).append(model.written.get(key, key))
+    return lambda label: (*names.get(label, ()), f"node {label[1]}")
 
 
 def _read(path: Path) -> _File:
     """All keywords before the first *STEP, each taken by its part."""
     file = _File()
-    current = file.parts[""]
+    name, current = "", file.parts[""]
     for card in cards(path):
         if file.in_steps or card.keyword == "STEP":
             file.in_steps.append(card.keyword)
         elif card.keyword == "PART":
-            current = file.parts.setdefault(card.option("NAME").upper(), _Part())
+            name = card.option("NAME").upper()
+            current = file.parts.setdefault(name, _Part())
         elif card.keyword == "INSTANCE":
             owner = card.option("NAME")
             file.instances.append((owner, card.option("PART").upper(), card))
-            current = file.parts.setdefault(f"\n{owner.upper()}", _Part())
+            name = f"\n{owner.upper()}"
+            current = file.parts.setdefault(name, _Part())
         elif card.keyword in ("END PART", "END INSTANCE"):
-            current = file.parts[""]
-        else:
+            name, current = "", file.parts[""]
+        elif not file.constraints.take(card, name):
             _take(card, current, file)
     return file
 
@@ -125,7 +180,7 @@ def _take(card: Card, part: _Part, file: _File) -> None:
         _take_elements(card, part, file)
     elif card.keyword in ("NSET", "ELSET", "SURFACE"):
         part.sets.append(card)
-    elif not file.constraints.take(card) and is_stated(card):
+    elif is_stated(card):
         file.stated.append(card.keyword)
 
 
@@ -188,7 +243,8 @@ def _kind(card: Card) -> tuple[str, int]:
             return found
     raise MeshError(
         f"{card.place}: element type {given}: must be solid (C3D4, C3D10, C3D8, C3D20, C3D6, "
-        "C3D15), plane (CPS, CPE), a shell or membrane on the surface of a solid, or a truss"
+        "C3D15), plane (CPS, CPE), a shell or membrane on the surface of a solid, a truss, or a "
+        "mass or spring to the ground (MASS, ROTARYI, SPRING1)"
     )
 
 

@@ -157,3 +157,42 @@ def _free_sides(model: Model, members: list[Label]) -> list[list[Label]]:
     return [
         side for label in members for side in sides.get(label, []) if owners[frozenset(side)] == 1
     ]
+
+
+def labels_of(
+    model: Model, card: Card, name: str, instance: str, prefix: str, *, elements: bool = False
+) -> list[Label]:
+    """Nodes, or elements, that a keyword names: one by its number, or a set.
+
+    Args:
+        model: Model whose sets are named.
+        card: Keyword, for messages.
+        name: Number, perhaps after "INSTANCE.", or name of a set.
+        instance: Owner of numbers without one.
+        prefix: What names of sets of the same instance begin with.
+        elements: Whether elements are meant.
+
+    Raises:
+        MeshError: if there is no such set.
+    """
+    alone = Card(card.keyword, {}, [[name.strip().strip('"')]], card.place)
+    sets = model.element_sets if elements else model.node_sets
+    found = _labels(alone, instance, prefix, sets)
+    if elements:
+        _check_known(found, model.elements, card)
+    return found
+
+
+def sides_of(model: Model, card: Card, name: str, prefix: str) -> list[list[Label]]:
+    """Corners of the sides of a surface; of one made of nodes each is a side of its own.
+
+    Raises:
+        MeshError: if there is no such surface.
+    """
+    for key in (prefix + name, name, name.rpartition(".")[2]):
+        known = key.strip('"').upper()
+        if known in model.surfaces:
+            return model.surfaces[known]
+        if known in model.node_sets:
+            return [[label] for label in model.node_sets[known]]
+    raise MeshError(f'{card.place}: there is no surface "{name}"')

@@ -74,6 +74,10 @@ class ConstraintBuilder(Generic[Label]):
             )
         return self._known[label]
 
+    def uses(self, label: Label) -> bool:
+        """Whether a node outside of the body is used."""
+        return label in self._known
+
     def where(self, label: Label, key: str) -> Array:
         """Coordinates of a node.
 
@@ -140,8 +144,11 @@ class ConstraintBuilder(Generic[Label]):
         if not np.linalg.norm(along) > 0:
             raise MeshError(f"{key} cannot be followed: its two nodes are at one place")
         along = along / np.linalg.norm(along)
-        terms = [(label, axis, sign * float(along[axis])) for label, sign in ((first, 1), (second, -1)) for axis in SHIFTS if along[axis]]
-        self.equation(key, terms)
+        signs = ((first, 1.0), (second, -1.0))
+        self.equation(
+            key,
+            [(node, i, sign * float(along[i])) for node, sign in signs for i in SHIFTS if along[i]],
+        )
 
     def carry(self, key: str, label: Label, *, mass: Six | None = None, stiffness: Six | None = None) -> None:
         """Mass, or springs to the ground, at a node."""

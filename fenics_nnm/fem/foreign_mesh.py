@@ -9,7 +9,7 @@ from typing import Any
 import gmsh
 import numpy as np
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.constraints import LinearConstraints
@@ -86,6 +86,20 @@ class ForeignMesh:
     def numbers_of(self, kind: str) -> Indices:
         """Number in the file of each cell of a kind."""
         return np.asarray(self.numbers.get(kind, np.arange(len(self.cells[kind])) + 1))
+
+
+def body_cells(foreign: ForeignMesh) -> dict[str, Indices]:
+    """Cells of the highest dimension, by kind."""
+    dim = max(KINDS[kind][0] for kind in foreign.cells)
+    return {kind: rows for kind, rows in foreign.cells.items() if KINDS[kind][0] == dim}
+
+
+def in_body(foreign: ForeignMesh) -> Mask:
+    """Which points cells of the highest dimension have."""
+    used = np.zeros(len(foreign.points), dtype=bool)
+    for rows in body_cells(foreign).values():
+        used[rows] = True
+    return used
 
 
 @dataclass(frozen=True, slots=True)

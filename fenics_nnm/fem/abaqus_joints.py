@@ -16,8 +16,10 @@ from fenics_nnm.fem.constraint_builder import ALL, SHIFTS, ConstraintBuilder
 from fenics_nnm.fem.constraints import as_six, diagonal
 
 #: Keywords that are taken here.
-JOINTS = ("COUPLING", "KINEMATIC", "DISTRIBUTING", "KINEMATIC COUPLING", "RIGID BODY", "EQUATION")
-JOINTS += ("MPC", "MASS", "ROTARY INERTIA", "SPRING")
+JOINTS = (
+    *("KINEMATIC", "DISTRIBUTING", "KINEMATIC COUPLING", "RIGID BODY", "EQUATION", "MPC"),
+    *("MASS", "ROTARY INERTIA", "SPRING"),
+)
 
 #: Types of *MPC that are followed.
 _MPC = ("BEAM", "PIN", "TIE", "LINK")
@@ -59,9 +61,7 @@ class Owner:
 class Joiner:
     """Puts keywords into constraints, one after the other."""
 
-    def __init__(
-        self, model: Model, builder: ConstraintBuilder[Label], facets: FacetTable
-    ) -> None:
+    def __init__(self, model: Model, builder: ConstraintBuilder[Label], facets: FacetTable) -> None:
         """Prepare for a model whose sets are named, with the facets of its body."""
         self._model, self._builder, self._facets = model, builder, facets
         self._labels_by_row = list(model.nodes)
@@ -117,8 +117,8 @@ class Joiner:
         label = self._reference(head, owner)
         if label in self._spread:
             raise MeshError(
-                f"{head.place}: *COUPLING cannot be followed: its reference node {label[1]} is that "
-                f"of {self._spread[label].place} too, which joins the two surfaces"
+                f"{head.place}: *COUPLING cannot be followed: its reference node {label[1]} is "
+                f"that of {self._spread[label].place} too, which joins the two surfaces"
             )
         self._spread[label] = head
         self.notes.append(

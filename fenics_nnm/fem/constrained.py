@@ -53,9 +53,7 @@ class Constrained:
         local = self.space.dofmap.index_map.global_to_local(still // size)
         return np.sort((local * size + still % size)[local >= 0]).astype(np.int32)
 
-    def system(
-        self, stiffness: PETSc.Mat, mass: PETSc.Mat
-    ) -> tuple[PETSc.Mat, PETSc.Mat, System]:
+    def system(self, stiffness: PETSc.Mat, mass: PETSc.Mat) -> tuple[PETSc.Mat, PETSc.Mat, System]:
         """K and M with what reference points carry, and the system to solve; all ranks call this.
 
         Args:

@@ -150,7 +150,9 @@ class ConstraintBuilder(Generic[Label]):
             [(node, i, sign * float(along[i])) for node, sign in signs for i in SHIFTS if along[i]],
         )
 
-    def carry(self, key: str, label: Label, *, mass: Six | None = None, stiffness: Six | None = None) -> None:
+    def carry(
+        self, key: str, label: Label, *, mass: Six | None = None, stiffness: Six | None = None
+    ) -> None:
         """Mass, or springs to the ground, at a node."""
         place = self.reference(label, key)
         found = self._references[place]

@@ -103,7 +103,10 @@ class _Maker:
             if reference.node >= 0:
                 yield _of_terms(
                     [
-                        [(self._outside(place, axis), 1.0), (self._column(reference.node, axis), -1)]
+                        [
+                            (self._outside(place, axis), 1.0),
+                            (self._column(reference.node, axis), -1),
+                        ]
                         for axis in range(self._dim)
                     ]
                 )
@@ -158,7 +161,7 @@ class _Maker:
         return _of_terms(terms)
 
     def _mean(self, coupling: Coupling) -> _Rows:
-        """q - (sum G_i^T W_i G_i)^-1 sum G_i^T W_i u_i = 0 for the motion q of the point."""
+        """Q - (sum G_i^T W_i G_i)^-1 sum G_i^T W_i u_i = 0 for the motion q of the point."""
         found = self._nodes(np.array(coupling.nodes, dtype=np.int64))
         own = np.array(AXES[self._dim])
         G = _rigid_motion(found.points - self._points[coupling.reference])[:, : self._dim, own]
@@ -178,7 +181,7 @@ class _Maker:
             [
                 [
                     (self._outside(coupling.reference, int(axis)), 1.0),
-                    *((c, -v) for c, v in zip(columns.tolist(), values.tolist(), strict=True) if v),
+                    *((int(columns[i]), -float(values[i])) for i in np.flatnonzero(values)),
                 ]
                 for axis, values in zip(own, motion, strict=True)
                 if axis in coupling.axes

@@ -116,8 +116,9 @@ class LinearConstraints:
     @property
     def keys(self) -> tuple[str, ...]:
         """Where they are named, each once."""
-        found = (*self.couplings, *self.equations, *(r for r in self.references if r.held))
-        return tuple(dict.fromkeys(each.key for each in found))
+        named = [each.key for each in self.couplings] + [each.key for each in self.equations]
+        held = [each.key for each in self.references if each.held]
+        return tuple(dict.fromkeys([*named, *held]))
 
     @property
     def joining(self) -> bool:
@@ -148,7 +149,7 @@ class LinearConstraints:
         return replace(
             self,
             couplings=tuple(
-                replace(each, nodes=tuple(wider(np.array(each.nodes, dtype=np.int64)).tolist()))
+                replace(each, nodes=_whole(wider(np.array(each.nodes, dtype=np.int64))))
                 if each.kind == "rigid" and each.nodes
                 else each
                 for each in self.couplings
@@ -191,6 +192,10 @@ class LinearConstraints:
         )
 
 
+#: None at all.
+NO_CONSTRAINTS = LinearConstraints()
+
+
 def diagonal(values: tuple[float, ...]) -> Six:
     """Six by six numbers from those on the diagonal."""
     return as_six(np.diag(values))
@@ -198,7 +203,7 @@ def diagonal(values: tuple[float, ...]) -> Six:
 
 def as_six(matrix: Array) -> Six:
     """Six by six numbers from an array."""
-    return tuple(tuple(row) for row in np.asarray(matrix, dtype=float).tolist())
+    return tuple(tuple(float(x) for x in row) for row in matrix)
 
 
 def inertia_at(mass: float, offset: Array, inertia: Array) -> Six:
@@ -250,7 +255,11 @@ def _of_nodes(coupling: Coupling, row: Indices) -> Coupling:
     new = row[np.array(coupling.nodes, dtype=np.int64)]
     nodes, first = np.unique(new, return_index=True)
     weights = tuple(coupling.weights[i] for i in first) if coupling.weights else ()
-    return replace(coupling, nodes=tuple(nodes.tolist()), weights=weights)
+    return replace(coupling, nodes=_whole(nodes), weights=weights)
+
+
+def _whole(nodes: Indices) -> tuple[int, ...]:
+    return tuple(int(node) for node in nodes)
 
 
 def _in_metres(term: tuple[int, int, float], metres: float) -> tuple[int, int, float]:

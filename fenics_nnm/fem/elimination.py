@@ -215,7 +215,7 @@ def _expression(columns: Indices, values: Array) -> Expression:
 
 
 def _added(row: Expression, columns: Indices, values: Array) -> Expression:
-    for column, value in zip(columns.tolist(), values.tolist(), strict=True):
-        if value:
-            row[column] = row.get(column, 0.0) + value
+    for place in np.flatnonzero(values):
+        column = int(columns[place])
+        row[column] = row.get(column, 0.0) + float(values[place])
     return row

@@ -12,7 +12,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
-from fenics_nnm.fem.constraints import LinearConstraints
+from fenics_nnm.fem.constraints import NO_CONSTRAINTS, LinearConstraints
 from fenics_nnm.fem.gmsh_mesh import extracted
 from fenics_nnm.fem.raw_mesh import RawMesh
 
@@ -80,7 +80,7 @@ class ForeignMesh:
     facets: Mapping[str, Indices] = field(default_factory=dict)
     numbers: Mapping[str, Indices] = field(default_factory=dict)
     attached: tuple[Attachment, ...] = ()
-    constraints: LinearConstraints = LinearConstraints()
+    constraints: LinearConstraints = NO_CONSTRAINTS
     notes: tuple[str, ...] = ()
 
     def numbers_of(self, kind: str) -> Indices:

@@ -14,7 +14,7 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.built_in import built_in
-from fenics_nnm.fem.constraints import LinearConstraints
+from fenics_nnm.fem.constraints import NO_CONSTRAINTS, LinearConstraints
 from fenics_nnm.fem.kept_mesh import MeshAsRead, StoredMesh
 from fenics_nnm.fem.mesh_file import ReadMesh, assert_file, seconds_to_read
 from fenics_nnm.fem.native import Limits, in_own_process
@@ -44,7 +44,7 @@ class TaggedMesh:
     cells: dict[str, Indices]
     nodes: dict[str, Indices] = field(default_factory=dict)
     attached: tuple[Attachment, ...] = ()
-    constraints: LinearConstraints = LinearConstraints()
+    constraints: LinearConstraints = NO_CONSTRAINTS
     notes: tuple[str, ...] = ()
     as_read: MeshAsRead = field(default_factory=MeshAsRead)
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.constraints import NOTHING, Six
 from fenics_nnm.fem.nastran_cards import BulkCard
+from fenics_nnm.fem.nastran_rigid import along, point_mass
 from fenics_nnm.fem.nastran_systems import Systems
 
 #: Cards that are followed where they hold one GRID in directions of the basic system.
@@ -16,10 +18,40 @@ NAMES = ("CONM2", "CELAS1", "CELAS2", "CMASS1", "CMASS2")
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    """GRID and direction from 1 to 3 that a scalar element holds."""
+    """GRID and direction from 1 to 6 that a scalar element holds."""
 
     grid: int
     direction: int
+
+
+def grid_of(card: BulkCard) -> int:
+    """GRID that a card of `NAMES` holds.
+
+    Raises:
+        MeshError: if it joins two GRIDs.
+    """
+    return card.whole(1) if card.name == "CONM2" else _ground_end(card).grid
+
+
+def carried(
+    card: BulkCard, properties: Mapping[tuple[str, int], BulkCard], systems: Systems
+) -> tuple[Six, Six]:
+    """Mass and stiffness of a GRID with rotations, in the unit of the file.
+
+    Args:
+        card: One of `NAMES`.
+        properties: Cards of properties by name and number.
+        systems: GRIDs of the file.
+
+    Raises:
+        MeshError: as `attached`, but rotations and offsets can be followed.
+    """
+    if card.name == "CONM2":
+        return point_mass(card), NOTHING
+    end = _ground_end(card)
+    _assert_basic(card, end, systems)
+    six = along(end.direction - 1, _not_negative(card, _value(card, properties)))
+    return (NOTHING, six) if card.name.startswith("CELAS") else (six, NOTHING)
 
 
 def attached(
@@ -43,23 +75,37 @@ def attached(
         values = (card.real(3),) * 3
         return _at(card, "mass", values, card.whole(1), systems)
     end = _ground_end(card)
+    if end.direction not in (1, 2, 3):
+        raise MeshError(
+            f"{card.place}: {card.name} cannot be followed: it acts on direction "
+            f"{end.direction}: must be 1, 2 or 3"
+        )
+    _assert_basic(card, end, systems)
+    value = _value(card, properties)
+    shares = tuple(value if end.direction == axis else 0.0 for axis in (1, 2, 3))
+    kind = "spring" if card.name.startswith("CELAS") else "mass"
+    return _at(card, kind, shares, end.grid, systems)
+
+
+def _assert_basic(card: BulkCard, end: _End, systems: Systems) -> None:
     if systems.grids[end.grid].whole(5, 0) if end.grid in systems.grids else 0:
         raise MeshError(
             f"{card.place}: {card.name} cannot be followed: GRID {end.grid} has a system of its "
             "own for displacements"
         )
-    value = _value(card, properties)
-    along = [0.0, 0.0, 0.0]
-    along[end.direction - 1] = value
-    kind = "spring" if card.name.startswith("CELAS") else "mass"
-    return _at(card, kind, tuple(along), end.grid, systems)
+
+
+def _not_negative(card: BulkCard, value: float) -> float:
+    if not 0 <= value < float("inf"):
+        raise MeshError(f"{card.place}: {card.name}: must not be negative")
+    return value
 
 
 def _at(
     card: BulkCard, kind: str, values: tuple[float, ...], grid: int, systems: Systems
 ) -> Attachment:
-    if not all(0 <= value < float("inf") for value in values):
-        raise MeshError(f"{card.place}: {card.name}: must not be negative")
+    for value in values:
+        _not_negative(card, value)
     place = systems.place(grid, card.place)
     key = f"{card.place}: {card.name}"
     point = float(place[0]), float(place[1]), float(place[2])
@@ -75,10 +121,9 @@ def _ground_end(card: BulkCard) -> _End:
     ]
     if len(ends) != 1:
         raise MeshError(f"{card.place}: {card.name} cannot be followed: it joins two GRIDs")
-    if ends[0].direction not in (1, 2, 3):
+    if ends[0].direction not in range(1, 7):
         raise MeshError(
-            f"{card.place}: {card.name} cannot be followed: it acts on direction "
-            f"{ends[0].direction}: must be 1, 2 or 3"
+            f"{card.place}: {card.name}: direction {ends[0].direction}: must be one of 1 to 6"
         )
     return ends[0]
 

@@ -23,7 +23,7 @@ _STATED = re.compile(
 
 #: What cards that change the structure do.
 _REASONS = {
-    r"RBE\d\w?|RBAR\d?|RROD|RTRPLT\d?|RJOINT|RSPLINE|RSSCON|MPC\w*": "it makes nodes move together",
+    r"RBE\d\w?|RTRPLT\d?|RJOINT|RSPLINE|RSSCON|MPC\w+": "it makes nodes move together",
     r"C(ELAS|BUSH)\w*|GENEL|CWELD|CFAST|CSEAM|CVISC|CDAMP\d": "it joins nodes or adds stiffness",
     r"CMASS\d|CONM\d|NSM\w*": "it adds mass that is not that of a point",
     r"C(BAR|BEAM|BEAM3|BEND|ROD|TUBE|SHEAR)|CONROD": "it is a bar or beam beside solids",

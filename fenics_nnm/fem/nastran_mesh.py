@@ -7,17 +7,21 @@ reader of our own.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import Code, MeshError
-from fenics_nnm.fem.foreign_mesh import ForeignMesh
-from fenics_nnm.fem.nastran_attached import NAMES, attached
-from fenics_nnm.fem.nastran_cards import BulkCard, bulk_cards, lines_of
+from fenics_nnm.fem.constraint_builder import ConstraintBuilder
+from fenics_nnm.fem.foreign_mesh import ForeignMesh, in_body
+from fenics_nnm.fem.merging import merged_by_equations
+from fenics_nnm.fem.nastran_attached import NAMES, attached, carried, grid_of
+from fenics_nnm.fem.nastran_cards import BulkCard, Line, bulk_cards, lines_of
 from fenics_nnm.fem.nastran_keywords import is_stated, refuse
+from fenics_nnm.fem.nastran_rigid import NAMES as RIGID
+from fenics_nnm.fem.nastran_rigid import RigidElements, chosen_equations
 from fenics_nnm.fem.nastran_systems import Systems
 
 #: meshio's name of each element by its number of nodes, and VTK's order where it differs.
@@ -70,6 +74,7 @@ class _Bulk:
     elements: dict[str, list[_Element]] = field(default_factory=dict)
     lines: list[BulkCard] = field(default_factory=list)
     scalars: list[BulkCard] = field(default_factory=list)
+    rigid: list[BulkCard] = field(default_factory=list)
     properties: dict[tuple[str, int], BulkCard] = field(default_factory=dict)
     stated: list[str] = field(default_factory=list)
 
@@ -92,6 +97,8 @@ class _Bulk:
             self.lines.append(card)
         elif card.name in NAMES:
             self.scalars.append(card)
+        elif card.name in RIGID:
+            self.rigid.append(card)
         elif is_stated(card):
             self.stated.append(card.name)
         elif card.name not in _SCALAR_PROPERTIES:
@@ -138,7 +145,7 @@ def read_nastran(path: Path) -> ForeignMesh:
     row = {node: index for index, node in enumerate(used)}
     stated = ", ".join(dict.fromkeys(bulk.stated))
     note = f"not read: {stated}, which the study states or which have no effect here"
-    return ForeignMesh(
+    foreign = ForeignMesh(
         points.reshape(-1, 3),
         {kind: _rows(kind, members, row) for kind, members in bulk.elements.items()},
         _sets(bulk.elements, _names([line.text for line in lines])),
@@ -146,8 +153,46 @@ def read_nastran(path: Path) -> ForeignMesh:
             kind: np.array([element.number for element in members])
             for kind, members in bulk.elements.items()
         },
-        attached=tuple(attached(card, bulk.properties, bulk.systems) for card in bulk.scalars),
         notes=(note,) if stated else (),
+    )
+    return merged_by_equations(_joined(foreign, bulk, row, lines))
+
+
+def _joined(
+    foreign: ForeignMesh, bulk: _Bulk, row: dict[int, int], lines: list[Line]
+) -> ForeignMesh:
+    """The mesh with rigid elements and equations, and with masses and springs at its GRIDs."""
+    builder = ConstraintBuilder[int](
+        row,
+        foreign.points,
+        in_body(foreign),
+        lambda grid: f"GRID {grid}",
+        lambda grid: (f"GRID {grid}",),
+        bulk.systems.place,
+    )
+    rigid = RigidElements(bulk.systems, builder)
+    for card in bulk.rigid:
+        if not card.name.startswith("MPC"):
+            rigid.take(card)
+    chosen, note = chosen_equations([c for c in bulk.rigid if c.name.startswith("MPC")], lines)
+    for card in chosen:
+        rigid.equations(card)
+    masses = []
+    for card in bulk.scalars:
+        grid = grid_of(card)
+        if builder.in_body(grid) or not builder.uses(grid):
+            masses.append(attached(card, bulk.properties, bulk.systems))
+            continue
+        mass, stiffness = carried(card, bulk.properties, bulk.systems)
+        builder.carry(f"{card.place}: {card.name}", grid, mass=mass, stiffness=stiffness)
+        rigid.notes.append(f"{card.name} {card.whole(0)} at GRID {grid}")
+    counted = f"MPC: {len(chosen)} equations between displacements"
+    notes = (*rigid.notes, *((counted,) if chosen else ()), *((note,) if note else ()))
+    return replace(
+        foreign,
+        constraints=builder.found,
+        attached=tuple(masses),
+        notes=(*foreign.notes, *dict.fromkeys(notes)),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.attachment import Attachment
-from fenics_nnm.fem.constraints import LinearConstraints, from_json, to_json
+from fenics_nnm.fem.constraints import NO_CONSTRAINTS, LinearConstraints, from_json, to_json
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class RawMesh:
     groups: Mapping[str, Indices]
     nodes: Mapping[str, Indices] = field(default_factory=dict)
     attached: tuple[Attachment, ...] = ()
-    constraints: LinearConstraints = LinearConstraints()
+    constraints: LinearConstraints = NO_CONSTRAINTS
     notes: tuple[str, ...] = ()
 
 

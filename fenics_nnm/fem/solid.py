@@ -22,7 +22,7 @@ from fenics_nnm.fem.attachments import (
 )
 from fenics_nnm.fem.clamp import Clamp, held_blocks, held_points
 from fenics_nnm.fem.constrained import constrained
-from fenics_nnm.fem.constraints import LinearConstraints
+from fenics_nnm.fem.constraints import NO_CONSTRAINTS, LinearConstraints
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.regions import Region, Regions, regions_on
 from fenics_nnm.fem.stress import Expr, Theory, cauchy_stress, strain, stress
@@ -51,7 +51,7 @@ class Body:
     extent: float = 1.0
     degree: int = 2
     attachments: tuple[Attachment, ...] = ()
-    constraints: LinearConstraints = LinearConstraints()
+    constraints: LinearConstraints = NO_CONSTRAINTS
 
 
 @dataclass(frozen=True, slots=True)

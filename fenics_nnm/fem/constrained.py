@@ -18,7 +18,10 @@ from fenics_nnm.fem.elimination import Elimination, Expression, eliminated
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.system import ConstrainedSystem, FreeSystem, System
 
-_AXIS_NAMES = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
+_AXIS_NAMES = (
+    *("motion along x", "motion along y", "motion along z"),
+    *("rotation about x", "rotation about y", "rotation about z"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,8 +109,8 @@ class Constrained:
     def _axis(self, reference: Reference, axis: int, column: int) -> Expression:
         if column not in self.found.outside:
             raise MeshError(
-                f"{reference.key}: has mass or springs, and the nodes of the body do not hold its "
-                f"{_AXIS_NAMES[axis]}: must follow nodes that do not lie on a line"
+                f"{reference.key} cannot be followed: it has mass or springs, and no node of the "
+                f"body holds its {_AXIS_NAMES[axis]}"
             )
         return self.found.outside[column]
 

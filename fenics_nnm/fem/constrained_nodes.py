@@ -58,6 +58,33 @@ def blocks_of_coupling(
     return NodeBlocks(blocks[order], points[order])
 
 
+def assert_no_others(
+    space: fem.FunctionSpace, tagged: TaggedMesh, numbers: Indices, known: Indices, key: str
+) -> None:
+    """Refuse equations on whole edges or faces that have values besides those at their nodes.
+
+    Args:
+        space: Displacement space.
+        tagged: Mesh.
+        numbers: Numbers of the nodes in equations.
+        known: Their global blocks.
+        key: The first equation, for messages.
+
+    Raises:
+        MeshError: if there are such values; all ranks call this.
+    """
+    chosen = np.isin(np.asarray(tagged.mesh.geometry.input_global_indices), numbers)
+    local = blocks_of_nodes(space, tagged, chosen)
+    found = space.dofmap.index_map.local_to_global(np.unique(local).astype(np.int32))
+    others = len(np.setdiff1d(found, known))
+    if tagged.mesh.comm.allreduce(others):
+        raise MeshError(
+            f"{key} cannot be followed: equations join whole edges or faces, which have values "
+            "between the nodes of the file: must be elements of order 1 with body.degree = 1, or "
+            "tetrahedra of order 2 with body.degree = 2"
+        )
+
+
 def blocks_at_nodes(space: fem.FunctionSpace, tagged: TaggedMesh, numbers: Indices) -> NodeBlocks:
     """Block of each of some nodes, by their numbers in the input; all ranks call this.
 

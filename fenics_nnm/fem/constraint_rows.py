@@ -19,7 +19,12 @@ from scipy.sparse import coo_array, csr_array
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
-from fenics_nnm.fem.constrained_nodes import NodeBlocks, blocks_at_nodes, blocks_of_coupling
+from fenics_nnm.fem.constrained_nodes import (
+    NodeBlocks,
+    assert_no_others,
+    blocks_at_nodes,
+    blocks_of_coupling,
+)
 from fenics_nnm.fem.constraints import AXES, Coupling, Equation, LinearConstraints
 from fenics_nnm.fem.elimination import Equations
 from fenics_nnm.fem.mesh import TaggedMesh
@@ -86,14 +91,19 @@ class _Maker:
             for each in constraints.couplings
             if each.kind == "mean"
         ]
-        single.append(
-            np.array([n for e in constraints.equations for n, _, _ in e.terms], dtype=np.int64)
+        numbers_of_equations = np.array(
+            [n for e in constraints.equations for n, _, _ in e.terms], dtype=np.int64
         )
+        single.append(numbers_of_equations)
         single.append(np.array([each.node for each in constraints.references], dtype=np.int64))
         numbers = np.unique(np.concatenate(single))
         self._numbers = numbers[numbers >= 0]
         if len(self._numbers):
             self._at_nodes = blocks_at_nodes(space, tagged, self._numbers)
+        if constraints.equations:
+            equated = numbers_of_equations[numbers_of_equations >= 0]
+            known = self._nodes(equated).blocks
+            assert_no_others(space, tagged, equated, known, constraints.equations[0].key)
 
     def parts(self) -> Iterator[_Rows]:
         """Equations of each constraint in turn."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body
+from fenics_nnm.structure.rigid_facets import rigid_facets
 from fenics_nnm.study import MeshStudy
 from fenics_nnm.study.record import fitted
 
@@ -23,6 +24,7 @@ def body_of(study: MeshStudy, dim: int) -> Body:
         extent=study.body.extent,
         degree=study.body.degree,
         attachments=(*_masses(study, dim), *_springs(study, dim)),
+        constraints=rigid_facets(study, dim),
     )
 
 

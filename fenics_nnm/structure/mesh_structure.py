@@ -39,6 +39,7 @@ from fenics_nnm.structure.material_lines import attachment_lines, material_lines
 from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.structure.mode_count import mode_count
+from fenics_nnm.structure.rigid_facets import rigid_lines
 from fenics_nnm.structure.point_choice import (
     Choices,
     approach_of,
@@ -234,6 +235,7 @@ class MeshLinear(LinearAnalysis):
             f"bounding box     {_box(solid)} m",
             *material_lines(solid),
             *attachment_lines(solid, interface),
+            *rigid_lines(solid.body.constraints),
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
             f"{'smallest ' * (len(interface.names) > 1)}gap {interface.gap.min():.4g} m",
             *(f"  {patch}" for patch in patch_summaries(interface)),

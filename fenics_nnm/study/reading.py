@@ -29,6 +29,7 @@ from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.mesh import CAD_ENDINGS, CadFile, MeshFile
 from fenics_nnm.study.messages import first_error, plain, shown
 from fenics_nnm.study.preparing import prepared
+from fenics_nnm.study.rigid import RigidSection
 from fenics_nnm.study.study import MatrixStudy, MeshStudy, Study
 
 #: Record of each section that may come several times, by its values.
@@ -37,6 +38,7 @@ _LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
     "material": material_record,
     "mass": lambda values: MassSection,
     "spring": lambda values: SpringSection,
+    "rigid": lambda values: RigidSection,
     "excitation": lambda values: ExcitationSection,
 }
 

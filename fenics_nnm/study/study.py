@@ -40,6 +40,7 @@ from fenics_nnm.study.reduction import (
     ReductionSection,
 )
 from fenics_nnm.study.resolution import Resolution
+from fenics_nnm.study.rigid import RigidSection
 from fenics_nnm.study.solution import (
     AugmentedLagrangianSection,
     ModeSection,
@@ -253,6 +254,7 @@ class MeshStudy(_SprungStudy):
     material: Materials
     mass: tuple[MassSection, ...] = ()
     spring: tuple[SpringSection, ...] = ()
+    rigid: tuple[RigidSection, ...] = ()
     excitation: tuple[ExcitationSection, ...] = ()
     clamp: Clamps = ()
     contact: ContactSection | PatchesSection
@@ -285,6 +287,15 @@ class MeshStudy(_SprungStudy):
         return self
 
     @model_validator(mode="after")
+    def _solver_fits_rigid_facets(self) -> MeshStudy:
+        if self.solver.linear == "iterative" and self.rigid:
+            raise ValueError(
+                'solver.linear = "iterative": does not go with rigid, whose constraints need '
+                'factors: must be "direct" or "auto"'
+            )
+        return self
+
+    @model_validator(mode="after")
     def _materials_have_cells(self) -> MeshStudy:
         for number, section in enumerate(self.material, start=1):
             if len(self.material) > 1 and section.cells is None:
@@ -299,7 +310,7 @@ class MatrixStudy(_SprungStudy):
     """All that a run of matrices of another code needs to know; SI units."""
 
     absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("mesh", "groups", "body", "material", "clamp", "mass", "solver"),
+        ("mesh", "groups", "body", "material", "clamp", "mass", "rigid", "solver"),
         "does not go with [matrices], which hold the whole structure, held by its clamp",
     )
 

@@ -1,8 +1,8 @@
-"""Frequencies of CalculiX that tests/fem/test_calculix.py compares with, made anew.
+"""Frequencies of CalculiX that tests/fem compares with, made anew.
 
     python3 tests/calculix.py     # needs ccx, of the package calculix-ccx
 
-writes tests/reference/calculix.json.
+writes tests/reference/calculix.json and calculix_joined.json, of nodes that are joined.
 """
 
 from __future__ import annotations
@@ -16,11 +16,14 @@ from pathlib import Path
 
 import numpy as np
 from cell_boxes import box, write_inp
+from constrained_beams import JOINED, joined
 
 from fenics_nnm.fem.foreign_mesh import ForeignMesh
 
 #: Where the figures are kept.
 KEPT = Path(__file__).parent / "reference" / "calculix.json"
+
+KEPT_JOINED = KEPT.with_name("calculix_joined.json")
 
 #: A clamped beam of steel, 0.2 x 0.02 x 0.01 m.
 YOUNG, POISSON, DENSITY = 2.1e11, 0.3, 7850.0
@@ -71,11 +74,26 @@ def frequencies(name: str) -> list[float]:
     """The lowest four of CalculiX in Hz."""
     with tempfile.TemporaryDirectory() as folder:
         write_inp(mesh(name), Path(folder) / "a.inp", _STEP)
-        subprocess.run(["ccx", "a"], cwd=folder, check=True, capture_output=True)
-        text = (Path(folder) / "a.dat").read_text()
+        return solved(Path(folder))
+
+
+def frequencies_joined(name: str) -> list[float]:
+    """Those of one of the beams whose nodes are joined."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "a.inp").write_text(joined(name))
+        return solved(Path(folder))
+
+
+def solved(folder: Path) -> list[float]:
+    """The lowest four of the file a.inp in a folder."""
+    subprocess.run(["ccx", "a"], cwd=folder, check=True, capture_output=True)
+    text = (folder / "a.dat").read_text()
     rows = re.findall(r"^ +\d+ +\S+ +\S+ +(\S+) +\S+ *$", text, re.MULTILINE)
     return [float(row) for row in rows[:4]]
 
 
 if __name__ == "__main__":
-    KEPT.write_text(json.dumps({name: frequencies(name) for name in MESHES}, indent=1) + "\n")
+    found = {KEPT: {name: frequencies(name) for name in MESHES}}
+    found[KEPT_JOINED] = {name: frequencies_joined(name) for name in JOINED}
+    for path, values in found.items():
+        path.write_text(json.dumps(values, indent=1) + "\n")

@@ -15,9 +15,10 @@ from fenics_nnm.fem.cell_shapes import FacetTable
 from fenics_nnm.fem.constraint_builder import ALL, SHIFTS, ConstraintBuilder
 from fenics_nnm.fem.constraints import as_six, diagonal
 
-#: Keywords that are taken here.
+#: Keywords that stand after *COUPLING, and others that are taken here.
+KINDS_OF_COUPLING = ("KINEMATIC", "DISTRIBUTING")
 JOINTS = (
-    *("KINEMATIC", "DISTRIBUTING", "KINEMATIC COUPLING", "RIGID BODY", "EQUATION", "MPC"),
+    *("KINEMATIC COUPLING", "RIGID BODY", "EQUATION", "MPC"),
     *("MASS", "ROTARY INERTIA", "SPRING"),
 )
 
@@ -303,16 +304,14 @@ def listed(values: list[float]) -> str:
 
 
 def joint_of(card: Card, head: Card | None) -> Joint:
-    """A keyword with the *COUPLING before it.
+    """*KINEMATIC or *DISTRIBUTING with the *COUPLING before it.
 
     Raises:
-        MeshError: if *KINEMATIC or *DISTRIBUTING stands without one.
+        MeshError: if there is none.
     """
-    if card.keyword in ("KINEMATIC", "DISTRIBUTING"):
-        if head is None:
-            raise MeshError(f"{card.place}: *{card.keyword}: must stand after *COUPLING")
-        return Joint(card, head)
-    return Joint(card, card)
+    if head is None:
+        raise MeshError(f"{card.place}: *{card.keyword}: must stand after *COUPLING")
+    return Joint(card, head)
 
 
 def nowhere(label: Label, key: str) -> Array:

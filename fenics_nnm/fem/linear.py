@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
@@ -22,6 +23,9 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_reduction
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
+
+#: Least flexibility of contact points over the largest.
+_DEPENDENT = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +66,9 @@ def massless_reduced(
     Raises:
         ModelError: if the body cannot be reduced with so many modes or points.
     """
-    attachments = solver.static(interface.unit_forces(solid.owned))
+    forces = interface.unit_forces(solid.owned)
+    attachments = solver.static(forces)
+    _assert_apart(solid, forces, attachments)
     operators, points = _operators(solid, interface, solver), attached_points(solid)
     return massless_reduction(
         modes.omega, modes.shapes, attachments, interface.gap, operators, points
@@ -107,8 +113,23 @@ def craig_bampton_reduced(
         ConvergenceError: if the eigensolver fails.
     """
     attachments = solver.static(forces)
+    _assert_apart(solid, forces, attachments)
     basis = np.hstack([attachments, solver.fixed_interface_modes(forces, attachments, count)])
     return craig_bampton_reduction(basis, interface.gap, _operators(solid, interface, solver))
+
+
+def _assert_apart(solid: Solid, forces: Array, attachments: Array) -> None:
+    """Refuse contact points whose motions depend on each other by constraints."""
+    if not solid.system.keys:
+        return
+    flexibility = solid.tagged.mesh.comm.allreduce(forces.T @ attachments)
+    strengths = np.linalg.eigvalsh((flexibility + flexibility.T) / 2)
+    if strengths[0] <= _DEPENDENT * strengths[-1]:
+        raise ModelError(
+            f"{', '.join(solid.system.keys[:3])}: {len(strengths)} contact motions depend on each "
+            "other, as contact points lie on nodes that move together: must be fewer points, or "
+            "points beside these nodes"
+        )
 
 
 def _operators(solid: Solid, interface: ContactInterface, solver: ModalSolver) -> Operators:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from brick_beams import bricks, inp, nodes
 from mpi4py import MPI
+from scipy.optimize import brentq
 
 from fenics_nnm.fem.clamp import Clamp
 from fenics_nnm.fem.mesh import TaggedMesh, spread_mesh
@@ -120,3 +121,22 @@ def rigid_misfit(places: np.ndarray, moved: np.ndarray) -> float:
     basis = np.array([*shifts, *turns]).T
     left = moved.ravel() - basis @ np.linalg.lstsq(basis, moved.ravel())[0]
     return float(np.linalg.norm(left) / np.linalg.norm(moved))
+
+
+def cantilever(EI: float, rhoA: float, length: float, *, mass: float, inertia: float) -> float:
+    """First frequency of a cantilever of Euler and Bernoulli with a rigid mass at its tip, in Hz.
+
+    With w = A (cosh bx - cos bx) + B (sinh bx - sin bx), the moment at the tip is
+    E I w_xx = omega^2 J w_x and the shear E I w_xxx = -omega^2 m w.
+    """
+
+    def determinant(b: float) -> float:
+        squared, x = EI * b**4 / rhoA, b * length
+        c, s, C, S = np.cos(x), np.sin(x), np.cosh(x), np.sinh(x)
+        w, slope = np.array([C - c, S - s]), b * np.array([S + s, C - c])
+        moment, shear = EI * b**2 * np.array([C + c, S + s]), EI * b**3 * np.array([S - s, C + c])
+        rows = moment - squared * inertia * slope, shear + squared * mass * w
+        return float(np.linalg.det(np.array(rows)))
+
+    b = brentq(determinant, 0.01 / length, 1.8 / length)
+    return float(b**2 * np.sqrt(EI / rhoA) / (2 * np.pi))

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from conftest import BEAM, PLATE, changed, toml
+from constrained_beams import joined
 from fork_mesh import fork, fork_study
 from ranks import SAME_FIELD, field_differences, on_ranks, rows
 
@@ -94,8 +95,23 @@ def interference(folder: Path) -> dict[str, Any]:
     return changed(BEAM, changes)
 
 
+def coupled(folder: Path) -> dict[str, Any]:
+    """A beam of a file whose end follows a node with a mass, on both ranks."""
+    (folder / "joined.inp").write_text(joined("*COUPLING, *KINEMATIC with *MASS"))
+    return changed(
+        BEAM,
+        {
+            "mesh": {"=": {"file": "joined.inp", "length_unit": "m"}},
+            "clamp": {"facets": "held"},
+            "groups": {"=": {"pad": {"box": {"from": [0.09, -1.0, 0.0099], "to": [0.16, 1, 1]}}}},
+            "contact": {"facets": "pad", "points": 4},
+            "reduction": {"modes": 4},
+        },
+    )
+
+
 STUDIES: dict[str, Callable[[Path], dict[str, Any]]] = {
-    study.__name__: study for study in (plate, interference, pads, patches, rotor37)
+    study.__name__: study for study in (plate, interference, pads, patches, coupled, rotor37)
 }
 
 

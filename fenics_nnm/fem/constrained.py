@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,9 @@ from fenics_nnm.fem.elimination import Elimination, Expression, eliminated
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.system import ConstrainedSystem, FreeSystem, System
 
+#: Most displacements that may carry the mass of a point together: each pair has an entry.
+_MOST_CARRYING = 6000
+
 _AXIS_NAMES = (
     *("motion along x", "motion along y", "motion along z"),
     *("rotation about x", "rotation about y", "rotation about z"),
@@ -26,12 +29,19 @@ _AXIS_NAMES = (
 
 @dataclass(frozen=True, slots=True)
 class _Load:
-    """Stiffness and mass between two axes of reference points, as expressions of the mesh."""
+    """What one reference point carries, in degrees of freedom of the mesh.
 
-    first: Expression
-    second: Expression
-    stiffness: float
-    mass: float
+    Attributes:
+        columns: Global degrees of freedom that move it, shape (n,).
+        A: Motion along its axes per displacement there, shape (k, n).
+        stiffness: Springs along these axes, shape (k, k).
+        mass: Mass and inertia.
+    """
+
+    columns: Indices
+    A: Array
+    stiffness: Array
+    mass: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,45 +76,42 @@ class Constrained:
         Raises:
             MeshError: if a point that carries something is not held by the nodes.
         """
-        loads = list(self._loads())
-        K = _plus(stiffness, [(each.first, each.second, each.stiffness) for each in loads])
-        M = _plus(mass, [(each.first, each.second, each.mass) for each in loads])
+        K, M = stiffness, mass
+        for load in self._loads():
+            K, M = (_with_load(m, load, S) for m, S in ((K, load.stiffness), (M, load.mass)))
         rows = {column: row for column, row in self.found.dependent.items() if row}
         if not rows:
             return K, M, FreeSystem(K, M)
         T = _transformation(rows, K)
-        ones: list[tuple[Expression, Expression, float]] = [({c: 1.0}, {c: 1.0}, 1.0) for c in rows]
-        zeros = [(first, second, 0.0) for first, second, _ in ones]
-        reduced, inertia = _plus(K.PtAP(T), ones), _plus(M.PtAP(T), zeros)
-        for matrix in (reduced, inertia):
-            matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         start, end = K.getOwnershipRange()
         dependent = np.array(sorted(rows), dtype=np.int64)
-        left = dependent[(dependent >= start) & (dependent < end)] - start
+        own = dependent[(dependent >= start) & (dependent < end)]
+        reduced = _plus(K.PtAP(T), own, own, np.ones(len(own)))
+        inertia = _plus(M.PtAP(T), own, own, np.zeros(len(own)))  # of one pattern with K
+        for matrix in (reduced, inertia):
+            matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         keys = self.constraints.keys
         back = T.copy().transpose()
-        return K, M, ConstrainedSystem(reduced, inertia, len(rows), keys, T, back, left)
+        return K, M, ConstrainedSystem(reduced, inertia, len(rows), keys, T, back, own - start)
 
-    def _loads(self) -> list[_Load]:
-        """What all reference points carry, for each pair of axes."""
+    def _loads(self) -> Iterator[_Load]:
+        """What each reference point carries, if anything."""
         inside = self.space.dofmap.index_map.size_global * self.space.dofmap.index_map_bs
-        found = []
         for place, reference in enumerate(self.constraints.references):
-            own = AXES[self.space.dofmap.index_map_bs]
             stiffness, mass = np.array(reference.stiffness), np.array(reference.mass)
-            carried = (np.abs(stiffness) + np.abs(mass))[np.ix_(own, own)] > 0
-            axes = {
-                axis: self._axis(reference, axis, inside + SIX * place + axis)
-                for axis, used in zip(own, carried.any(axis=0), strict=True)
-                if used
-            }
-            found += [
-                _Load(axes[i], axes[j], float(stiffness[i, j]), float(mass[i, j]))
-                for i in axes
-                for j in axes
-                if stiffness[i, j] or mass[i, j]
-            ]
-        return found
+            carried = (np.abs(stiffness) + np.abs(mass)).any(axis=0)
+            axes = [axis for axis in AXES[self.space.dofmap.index_map_bs] if carried[axis]]
+            rows = [self._axis(reference, axis, inside + SIX * place + axis) for axis in axes]
+            columns = np.unique(np.array([c for row in rows for c in row], dtype=np.int64))
+            if len(columns) > _MOST_CARRYING:
+                raise MeshError(
+                    f"{reference.key} cannot be followed: its mass or springs follow the mean of "
+                    f"{len(columns)} displacements: must be at most {_MOST_CARRYING}"
+                )
+            A = np.array([[row.get(int(c), 0.0) for c in columns] for row in rows])
+            if len(columns):
+                own = np.ix_(axes, axes)
+                yield _Load(columns, A, stiffness[own], mass[own])
 
     def _axis(self, reference: Reference, axis: int, column: int) -> Expression:
         if column not in self.found.outside:
@@ -153,24 +160,22 @@ def _transformation(rows: Mapping[int, Expression], like: PETSc.Mat) -> PETSc.Ma
     )
 
 
-def _plus(matrix: PETSc.Mat, pairs: list[tuple[Expression, Expression, float]]) -> PETSc.Mat:
-    """A matrix with sum c a b^T of pairs of expressions added, zeros to its pattern too."""
-    if not pairs:
-        return matrix
+def _with_load(matrix: PETSc.Mat, load: _Load, S: Array) -> PETSc.Mat:
+    """A matrix with A^T S A, whose zeros are a part of its pattern, too."""
     start, end = matrix.getOwnershipRange()
-    parts = [_outer(first, second, value) for first, second, value in pairs]
-    row, column, value = (np.concatenate(each) for each in zip(*parts, strict=True))
-    mine = (row >= start) & (row < end)
-    added = _matrix(row[mine], column[mine], value[mine], matrix)
+    mine = (load.columns >= start) & (load.columns < end)
+    values = load.A[:, mine].T @ S @ load.A
+    row = np.repeat(load.columns[mine], len(load.columns))
+    column = np.tile(load.columns, int(mine.sum()))
+    return _plus(matrix, row, column, values.ravel())
+
+
+def _plus(matrix: PETSc.Mat, row: Indices, column: Indices, value: Array) -> PETSc.Mat:
+    """A matrix with entries of owned rows added."""
+    added = _matrix(row, column, value, matrix)
     matrix.axpy(1.0, added, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
     added.destroy()
     return matrix
-
-
-def _outer(first: Expression, second: Expression, value: float) -> tuple[Indices, Indices, Array]:
-    rows, columns = np.array(list(first), dtype=np.int64), np.array(list(second), dtype=np.int64)
-    values = value * np.outer(np.array(list(first.values())), np.array(list(second.values())))
-    return np.repeat(rows, len(columns)), np.tile(columns, len(rows)), values.ravel()
 
 
 def _matrix(row: Indices, column: Indices, value: Array, like: PETSc.Mat) -> PETSc.Mat:

@@ -117,7 +117,7 @@ def test_flexibility_of_full_order_against_dense_matrices() -> None:
 def test_contact_points_that_move_together_are_refused_by_name() -> None:
     contact = {"facets": "right", "direction": [0.0, 1.0], "gap": 1e-3}
     for reduction in ({"modes": 2}, {"modes": 2, "method": "craig-bampton"}):
-        with pytest.raises(ModelError, match="rigid: [24] contact motions depend on each other"):
+        with pytest.raises(ModelError, match=r"rigid: [24] contact motions depend on each other"):
             analysed(SLENDER, rigid=[RIGID], contact=contact, reduction=reduction)
 
 

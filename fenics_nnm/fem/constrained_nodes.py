@@ -8,7 +8,7 @@ import numpy as np
 from dolfinx import fem
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.clamp import blocks_of_nodes
 from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.constraints import Coupling
@@ -80,8 +80,9 @@ def assert_no_others(
     if tagged.mesh.comm.allreduce(others):
         raise MeshError(
             f"{key} cannot be followed: equations join whole edges or faces, which have values "
-            "between the nodes of the file: must be elements of order 1 with body.degree = 1, or "
-            "tetrahedra of order 2 with body.degree = 2"
+            "between the nodes of the file: must be elements of order 1 with degree = 1, or "
+            "tetrahedra of order 2 with degree = 2",
+            code=Code.DEGREE,
         )
 
 
@@ -112,6 +113,7 @@ def blocks_at_nodes(space: fem.FunctionSpace, tagged: TaggedMesh, numbers: Indic
     if not len(number) or (number[row] != numbers).any():
         raise MeshError(
             "constraints act on middle nodes of elements, where the displacement has no values: "
-            "body.degree must be 2"
+            "must have degree = 2",
+            code=Code.DEGREE,
         )
     return NodeBlocks(block[first][row], points[first][row])

@@ -39,7 +39,6 @@ from fenics_nnm.structure.material_lines import attachment_lines, material_lines
 from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.structure.mode_count import mode_count
-from fenics_nnm.structure.rigid_facets import rigid_lines
 from fenics_nnm.structure.point_choice import (
     Choices,
     approach_of,
@@ -49,6 +48,7 @@ from fenics_nnm.structure.point_choice import (
     evenly_spread,
     same_points,
 )
+from fenics_nnm.structure.rigid_facets import rigid_lines
 from fenics_nnm.structure.sanity import mesh_warnings
 from fenics_nnm.structure.structure import Outline
 from fenics_nnm.study import MeshStudy

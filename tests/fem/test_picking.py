@@ -143,7 +143,10 @@ BAD = [
     ({"tip": {"xx": 1.0}}, "groups.tip.xx: unknown key"),
     ({"tip": {"plane": {"normal": "x"}}}, "groups.tip.plane.point: is missing"),
     ({"tip": {"facing": {"direction": [0.0, 0.0, 0.0]}}}, "direction = [0.0, 0.0, 0.0]: must not"),
-    ({"tip": {"radii": {"axis": "x", "from": 2.0, "to": 1.0}}}, "from = 2 m: must not be above to = 1 m"),
+    (
+        {"tip": {"radii": {"axis": "x", "from": 2.0, "to": 1.0}}},
+        "from = 2 m: must not be above to = 1 m",
+    ),
     ({"tip": 3}, "groups.tip = 3: must be a section with conditions"),
     ({"tip": {"faces": []}}, "groups.tip.faces"),
 ]

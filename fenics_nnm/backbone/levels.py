@@ -21,9 +21,8 @@ from fenics_nnm.backbone.level_solver import (
 )
 from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.mechanics.contact_law import Complementarity
-from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.force import AddedForce
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
-from fenics_nnm.mechanics.linear_part import ModalPart
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.penalty_law import AugmentedLagrangian
@@ -134,9 +133,9 @@ class Level:
 
 
 def levels(
-    model: ReducedModel, balance: HarmonicBalance, *, mode: int, forces: Sequence[Force] = ()
+    model: ReducedModel, balance: HarmonicBalance, *, mode: int, forces: Sequence[AddedForce] = ()
 ) -> tuple[Level, ...]:
-    """Levels from the followed mode alone to all modes and harmonics of the study.
+    """Levels from the followed mode, and masters, to all modes and harmonics of the study.
 
     Args:
         model: Full reduced model, dimensionless.
@@ -146,25 +145,38 @@ def levels(
         forces: Forces besides contact that the motion determines, dimensionless.
     """
     sizes = [size for size in LADDER if size[0] < model.modes or size[1] < balance.harmonics]
-    clipped = [(min(J, model.modes), min(N, balance.harmonics)) for J, N in sizes]
+    least = len(_always(model, mode))
+    clipped = [(min(max(J, least), model.modes), min(N, balance.harmonics)) for J, N in sizes]
     distinct = sorted({*clipped, (model.modes, balance.harmonics)})
-    rest, loop = model.at_rest(), balance.multipliers or MultiplierLoop()
-    whole = Mechanics(model, rest, ModalPart(model.omega), tuple(forces))
-    every = [_level(whole, _part(model, mode, J), balance.truncated(N), loop) for J, N in distinct]
+    loop = balance.multipliers or MultiplierLoop()
+    parts = [(_part(model, mode, J), balance.truncated(N)) for J, N in distinct]
+    every = [_level(model, forces, chosen, series, loop) for chosen, series in parts]
     return tuple(
         level for level in every if len(level.modes) == model.modes or level.solver.reduced
     )
 
 
+def _always(model: ReducedModel, mode: int) -> list[int]:
+    """Modes of every level: the followed one, and masters of second-order displacement."""
+    return [mode, *(int(index) for index in model.kinematics.masters if index != mode)]
+
+
 def _part(model: ReducedModel, mode: int, count: int) -> Indices:
-    others = [index for index in range(model.modes) if index != mode]
-    return np.array(sorted([mode, *others[: count - 1]]))
+    always = _always(model, mode)
+    others = [index for index in range(model.modes) if index not in always]
+    return np.array(sorted([*always, *others[: count - len(always)]]))
 
 
-def _level(whole: Mechanics, chosen: Indices, series: Series, loop: MultiplierLoop) -> Level:
-    model, rest = whole.model, whole.rest
+def _level(
+    model: ReducedModel,
+    forces: Sequence[AddedForce],
+    chosen: Indices,
+    series: Series,
+    loop: MultiplierLoop,
+) -> Level:
+    rest = model.at_rest()
     part, shapes = model.spanned_by(rest, chosen)
-    mechanics = Mechanics.of(part, tuple(force.of_part(shapes) for force in whole.forces))
+    mechanics = Mechanics.of(part, tuple(force.of_part(shapes) for force in forces))
     if part.massless:
         equations = HarmonicEquations(mechanics, series, Complementarity(part.R, part.gap))
         return Level(equations, ComplementarySolver(), chosen, shapes, rest.q)

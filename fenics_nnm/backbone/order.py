@@ -15,7 +15,7 @@ from fenics_nnm.backbone.level_solver import ComplementarySolver, MultiplierSolv
 from fenics_nnm.backbone.levels import HarmonicBalance, Level, levels
 from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.contact_points import MASSIVE
-from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.force import AddedForce
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel, Scales
 from fenics_nnm.nonlinear.equations import HarmonicEquations
@@ -65,7 +65,7 @@ class ReducedOrder:
     """
 
     truncation: Truncation | None = None
-    forces: tuple[Force, ...] = ()
+    forces: tuple[AddedForce, ...] = ()
 
     @property
     def has_flow(self) -> bool:
@@ -116,7 +116,13 @@ class FullOrder:
         return False
 
     def assert_fits(self, model: ReducedModel) -> None:
-        """Gaps must be positive."""
+        """Gaps must be positive, and kinematics linear."""
+        if model.kinematics.forces:
+            raise ModelError(
+                "second-order kinematics need the massless reduction: full order is linear but for "
+                "contact",
+                code=Code.KINEMATICS_AT_FULL_ORDER,
+            )
         if model.gap.min() <= 0:
             raise ModelError(
                 f"gap = {model.gap.min():g}: must be positive at full order; gaps of any sign need "

@@ -12,7 +12,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.backbone.resonance import Meeting, meetings
-from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.force import AddedForce
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.newton import Newton
 
@@ -57,7 +57,7 @@ def outlook(
     balance: HarmonicBalance,
     *,
     mode: int,
-    forces: Sequence[Force] = (),
+    forces: Sequence[AddedForce] = (),
 ) -> Outlook:
     """Look ahead at a branch before it is followed.
 
@@ -77,7 +77,7 @@ def outlook(
     rest = scaled.at_rest()
     first = cascade.coarse(1.0)
     ratios = [1.0]
-    linear = rest.is_linear(mode) and not forces
+    linear = rest.is_linear(mode) and not cascade.levels[0].equations.mechanics.forces
     frequencies = [1.0 if linear or first is None else first.omega]
     last = wanted.largest_ratio
     while ratios[-1] < last and wanted.lies_ahead(frequencies[-1]):

@@ -135,7 +135,9 @@ class PointMaker:
         model, series = self.equations.model, self.equations.series
         phase = 2 * np.pi * np.arange(_FINER * series.samples) / (_FINER * series.samples)
         force = series.interpolated(solution.forces.force, phase)
-        open_by = model.gap - series.basis_at(phase) @ solution.free + force @ model.R
+        basis = series.basis_at(phase)
+        moved = self.equations.closing.displaced(basis @ solution.free, basis, solution.q)
+        open_by = model.gap - moved + force @ model.R
         pushed = np.minimum(open_by, model.static_flexibility * force)
         return max(0.0, float(-open_by.min())), max(0.0, float(pushed.max()))
 
@@ -145,18 +147,24 @@ class PointMaker:
         velocity = solution.omega * series.rate_at(series.phase) @ solution.q
         rest = self.equations.rest
         change = force - rest.force
-        open_by = model.gap - series.synthesis @ solution.free + force @ model.R
+        open_by = model.gap - self._moved(solution) + force @ model.R
         modal = np.sum((model.omega * (q - rest.q)) ** 2 + velocity**2, axis=1)
         twice = modal + np.sum((change @ model.R) * change, axis=1)
         twice += 2 * np.where(force == 0, open_by, 0.0) @ rest.force
         for each in self.equations.mechanics.forces:
-            twice += 2 * np.array([each.potential_at(state) for state in q])
+            stored = [each.energy_at(q[s], velocity[s]) for s in range(len(q))]
+            twice += 2 * np.array(stored)
         return float(np.ptp(twice) / (series.weight @ twice))
 
     def _complementarity(self, solution: Solution) -> float:
         model, force = self.equations.model, solution.forces.force
         if not force.any():
             return 0.0
-        displacement = self.equations.series.synthesis @ solution.free - force @ model.R
+        displacement = self._moved(solution) - force @ model.R
         product = np.abs(force * (displacement - model.gap)).max()
         return float(product / force.max())
+
+    def _moved(self, solution: Solution) -> Array:
+        """Free displacement of the contact points at the samples, shape (s, n_c)."""
+        basis, closing = self.equations.series.synthesis, self.equations.closing
+        return closing.displaced(basis @ solution.free, basis, solution.q)

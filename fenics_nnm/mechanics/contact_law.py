@@ -15,6 +15,7 @@ from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.near_contact import NearContact
 from fenics_nnm.mechanics.nested_factor import compressed
+from fenics_nnm.mechanics.sampled_tangent import sampled_tangent
 
 
 class LocalFlexibility(Protocol):
@@ -107,11 +108,8 @@ class ContactForces:
             series: Series in time.
             shapes: Phi, shape (n_c, J).
         """
-        rows, modes = len(series.order), shapes.shape[1]
-        at, contact = self.samples, self.stiffness(shapes)
-        mixing = series.analysis[:, None, at] * series.synthesis.T[None, :, at]
-        blocks = mixing.reshape(rows * rows, len(at)) @ contact.reshape(len(at), modes * modes)
-        return blocks.reshape(rows, rows, modes, modes).swapaxes(1, 2).reshape(rows * modes, -1)
+        at = self.samples
+        return sampled_tangent(series.analysis[:, at], series.synthesis[at], self.stiffness(shapes))
 
     def harmonic_tangent(self, series: Series) -> Array:
         """Derivatives of lambda_n by harmonics of Phi q, shape (c, n_c, c, n_c)."""

@@ -48,13 +48,15 @@ class ContactMotion:
 
     Attributes:
         series: Series in time.
-        free: Harmonics of the free displacement of the contact points in m, shape (c, n_c).
+        displacement: Free displacement of the contact points at the phases in m, shape (p, n_c).
+        rates: Its derivatives by the phase, shape (p, n_c).
         force: Contact forces at the samples in N, shape (s, n_c).
         phase: Phases omega t, shape (p,).
     """
 
     series: Series
-    free: Array
+    displacement: Array
+    rates: Array
     force: Array
     phase: Array
 
@@ -80,13 +82,11 @@ class Massless:
 
     def forces_at(self, R: Array, gap: Array, motion: ContactMotion) -> Array:
         """Contact forces in N at phases of a motion, shape (p, n_c)."""
-        free = motion.series.basis_at(motion.phase) @ motion.free
-        return Complementarity(R, gap)(free).force
+        return Complementarity(R, gap)(motion.displacement).force
 
     def force_rates_at(self, R: Array, gap: Array, motion: ContactMotion) -> Array:
         """They follow from the slope of the law, and jump where a point opens or closes."""
-        forces = Complementarity(R, gap)(motion.series.basis_at(motion.phase) @ motion.free)
-        return forces.change(motion.series.rate_at(motion.phase) @ motion.free)
+        return Complementarity(R, gap)(motion.displacement).change(motion.rates)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.kinematics import Kinematics
 
 
 class FlexiblePoints(Protocol):
@@ -33,6 +34,10 @@ class FlexiblePoints(Protocol):
     @property
     def massless(self) -> bool:
         """Whether the contact points carry no mass."""
+
+    @property
+    def kinematics(self) -> Kinematics:
+        """What large deflection adds."""
 
     @property
     def modes(self) -> int:

@@ -63,22 +63,26 @@ class Force(Protocol):
     def mean_virial(self, motion: SampledMotion) -> float:
         """Mean over the period of the force times the coordinates."""
 
-    def mean_potential(self, motion: SampledMotion) -> float:
-        """Mean over the period of its potential."""
+    def mean_energy(self, motion: SampledMotion) -> float:
+        """Mean over the period of the energy that it stores."""
 
     def at(self, q: Array, velocity: Array) -> Array:
-        """The force at a state, shape (J,)."""
+        """The force at a state without acceleration, shape (J,)."""
 
-    def tangent_at(self, q: Array, velocity: Array) -> tuple[Array, Array]:
+    def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
         """Its derivatives by coordinates and velocities at a state, each of shape (J, J)."""
 
-    def potential_at(self, q: Array) -> float:
-        """Its potential at coordinates of shape (J,)."""
+    def energy_at(self, q: Array, velocity: Array) -> float:
+        """The energy that it stores at a state."""
 
-    def scaled(self, amplitude: float, energy: float) -> Force:
+
+class AddedForce(Force, Protocol):
+    """A force that is given beside a reduced model, not by it."""
+
+    def scaled(self, amplitude: float, energy: float) -> AddedForce:
         """The same in units of coordinates and energy of a dimensionless model."""
 
-    def of_part(self, shapes: Array) -> Force:
+    def of_part(self, shapes: Array) -> AddedForce:
         """The force on a part of the model, whose coordinates move these by (J, k) shapes."""
 
 
@@ -129,7 +133,7 @@ class CubicSprings:
         """<k3 x^4>."""
         return float(motion.series.weight @ (self._moved(motion) ** 4 @ self.cubic))
 
-    def mean_potential(self, motion: SampledMotion) -> float:
+    def mean_energy(self, motion: SampledMotion) -> float:
         """<k3 x^4> / 4."""
         return self.mean_virial(motion) / 4
 
@@ -137,13 +141,13 @@ class CubicSprings:
         """The force at a state, shape (J,)."""
         return np.asarray((self.cubic * (self.shapes @ q) ** 3) @ self.shapes)
 
-    def tangent_at(self, q: Array, velocity: Array) -> tuple[Array, Array]:
+    def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
         """Its derivatives by coordinates and velocities at a state."""
         stiffness = 3 * self.cubic * (self.shapes @ q) ** 2
         by_q = (self.shapes.T * stiffness) @ self.shapes
         return by_q, np.zeros_like(by_q)
 
-    def potential_at(self, q: Array) -> float:
+    def energy_at(self, q: Array, velocity: Array) -> float:
         """Its potential at coordinates of shape (J,)."""
         return float(self.cubic @ (self.shapes @ q) ** 4) / 4
 

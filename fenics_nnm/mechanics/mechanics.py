@@ -31,12 +31,13 @@ class Mechanics:
 
     @classmethod
     def of(cls, model: ReducedModel, forces: tuple[Force, ...] = ()) -> Mechanics:
-        """A free, conservative structure.
+        """A free, conservative structure under the forces of its kinematics, and others.
 
         Raises:
             ModelError: if a gap is not positive where contact points carry mass.
         """
-        return cls(model, model.at_rest(), ModalPart(model.omega), forces)
+        own = model.kinematics.forces
+        return cls(model, model.at_rest(), ModalPart(model.omega), (*own, *forces))
 
     @property
     def free(self) -> bool:

@@ -10,6 +10,7 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.contact_points import MASSLESS, ContactPoints
 from fenics_nnm.mechanics.definite import surely_above
+from fenics_nnm.mechanics.kinematics import LINEAR, Kinematics
 from fenics_nnm.mechanics.rest import RestState, rest_state
 
 #: R may be indefinite by this much, relative to its largest entry, from round-off in the modes.
@@ -36,6 +37,7 @@ class ReducedModel:
         gap: Initial gaps in m, shape (n_c,), of any sign; negative is an interference.
         reference: Displacement in m at gamma ratio 1 of points that touch without force at rest.
         contact: Whether the contact points carry mass, as the reduction chose.
+        kinematics: What large deflection adds: nothing, or second-order kinematics and stiffness.
 
     Raises:
         ModelError: if shapes disagree, values are not finite, frequencies are not positive and
@@ -48,6 +50,7 @@ class ReducedModel:
     gap: Array
     reference: float | None = None
     contact: ContactPoints = MASSLESS
+    kinematics: Kinematics = LINEAR
     _rest: list[RestState] = field(init=False, repr=False, compare=False, default_factory=list)
     _ends: dict[int, tuple[float, ...]] = field(
         init=False, repr=False, compare=False, default_factory=dict
@@ -85,6 +88,7 @@ class ReducedModel:
         self._check_definite(-_INDEFINITE_TOLERANCE * scale)
         if objection := self.contact.objection(self.R):
             raise ModelError(f"reduced model: {objection}")
+        self.kinematics.assert_fits(self)
 
     def _check_definite(self, least: float) -> None:
         if surely_above(self.R, least):
@@ -122,13 +126,20 @@ class ReducedModel:
 
         Args:
             chosen: Indices of the modes to keep, ascending.
+
+        Raises:
+            ModelError: if a master of second-order kinematics is left out.
         """
         dropped = np.setdiff1d(np.arange(self.modes), chosen)
         flexible = self.Phi[:, dropped] / self.omega[dropped]
         R = self.R + flexible @ flexible.T
-        contact = self.contact.of_part(R)
         return replace(
-            self, omega=self.omega[chosen], Phi=self.Phi[:, chosen], R=R, contact=contact
+            self,
+            omega=self.omega[chosen],
+            Phi=self.Phi[:, chosen],
+            R=R,
+            contact=self.contact.of_part(R),
+            kinematics=self.kinematics.without_modes(np.asarray(chosen), self),
         )
 
     def spanned_by(
@@ -161,6 +172,11 @@ class ReducedModel:
         Phi = (self.Phi @ V - free @ follows) @ U
         part = replace(self, omega=np.sqrt(squares), Phi=Phi, R=(R + R.T) / 2)
         return part, V @ U
+
+    @property
+    def linearised(self) -> ReducedModel:
+        """The same with linear kinematics."""
+        return replace(self, kinematics=LINEAR)
 
     def grazing_amplitude(self, mode: int = 0) -> float:
         """Amplitude of linear mode `mode` about the state of rest (kg^1/2 m) at gamma ratio 1.
@@ -195,7 +211,7 @@ class ReducedModel:
             mode: Index of a linear mode about the state of rest.
         """
         if mode not in self._ends:
-            alone, _ = self.spanned_by(self.at_rest(), np.array([mode]))
+            alone, _ = self.linearised.spanned_by(self.at_rest(), np.array([mode]))
             self._ends[mode] = _ends(alone) if alone.massless else ()
         return self._ends[mode]
 
@@ -213,6 +229,9 @@ class ReducedModel:
             gap=self.gap / scales.length,
             reference=None if self.reference is None else self.reference / scales.length,
             contact=self.contact,
+            kinematics=self.kinematics.scaled(
+                omega=scales.omega, amplitude=scales.amplitude, length=scales.length
+            ),
         )
         return model, scales
 

@@ -19,8 +19,9 @@ class Motion:
             general series: cosines, then sines.
         force: Contact forces in N at the samples of the series: of the first half period, shape
             (m // 2 + 1, n_c), or of all of it, shape (m, n_c), for a general series.
-        free: Harmonics of the free displacement of the contact points in m, shape (N + 1, n_c), or
-            (2 N + 1, n_c): they move by this less R lambda.
+        free: Harmonics of the linear part of the free displacement of the contact points in m,
+            shape (N + 1, n_c), or (2 N + 1, n_c): they move by this, and what second-order
+            kinematics adds, less R lambda.
         frequency: Physical frequency in Hz.
         rayleigh_frequency: sqrt(r) / 2 pi in Hz, the paper's quantity; it is not the frequency
             once there is a gap.
@@ -53,8 +54,7 @@ def forces_at(model: ReducedModel, series: Series, motion: Motion, phase: Array)
     Returns:
         Shape (s, n_c).
     """
-    at = ContactMotion(series, motion.free, motion.force, phase)
-    return model.contact.forces_at(model.R, model.gap, at)
+    return model.contact.forces_at(model.R, model.gap, _at(model, series, motion, phase))
 
 
 def force_rates_at(model: ReducedModel, series: Series, motion: Motion, phase: Array) -> Array:
@@ -63,5 +63,24 @@ def force_rates_at(model: ReducedModel, series: Series, motion: Motion, phase: A
     Without mass they follow from the slope of the contact law, and jump where a point comes into
     contact or leaves it.
     """
-    at = ContactMotion(series, motion.free, motion.force, phase)
-    return model.contact.force_rates_at(model.R, model.gap, at)
+    return model.contact.force_rates_at(model.R, model.gap, _at(model, series, motion, phase))
+
+
+def free_displacement(model: ReducedModel, series: Series, motion: Motion, phase: Array) -> Array:
+    """Displacement of the contact points in m at phases, but for -R lambda, shape (s, n_c)."""
+    basis = series.basis_at(phase)
+    return model.kinematics.closing.displaced(basis @ motion.free, basis, motion.q)
+
+
+def free_rates(model: ReducedModel, series: Series, motion: Motion, phase: Array) -> Array:
+    """Derivatives of `free_displacement` by the phase, shape (s, n_c)."""
+    basis, rate = series.basis_at(phase), series.rate_at(phase)
+    closing = model.kinematics.closing
+    return closing.displacement_rates(rate @ motion.free, basis, rate, motion.q)
+
+
+def _at(model: ReducedModel, series: Series, motion: Motion, phase: Array) -> ContactMotion:
+    moved = free_displacement(model, series, motion, phase)
+    return ContactMotion(
+        series, moved, free_rates(model, series, motion, phase), motion.force, phase
+    )

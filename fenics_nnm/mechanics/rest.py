@@ -25,6 +25,7 @@ from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.closed import ClosedPoints
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.flexible_points import FlexiblePoints
+from fenics_nnm.mechanics.reach import nearest, reach
 
 #: Clearance, or deflection under a force, below this part of the largest gap is none.
 _ROUND_OFF = 1e-9
@@ -49,6 +50,7 @@ class RestState:
         gradient: Margins per unit of each mode, shape (n_c, J).
         pull: Change of the contact forces per unit of each mode, shape (n_c, J).
         motion: Free displacement Phi of the contact points per unit of each mode, shape (n_c, J).
+        curvature: Second derivative of their closing along each mode, shape (n_c, J).
         reference: What stands for the margin of touching points, if it is given.
     """
 
@@ -63,6 +65,7 @@ class RestState:
     gradient: Array
     pull: Array
     motion: Array
+    curvature: Array
     reference: float | None
 
     @property
@@ -100,43 +103,68 @@ class RestState:
         """Amplitude at which a linear mode comes to its first event: a point closes or lifts off.
 
         Where touching points move there is no linear range; then it is the amplitude at which the
-        first of them, taken as open, moves by the reference displacement.
+        first of them, taken as open, moves by the reference displacement. Where second-order
+        displacement keeps all points away from their obstacles it is that of the nearest approach.
 
         Raises:
             ModelError: if the mode moves no contact point, or the reference is missing.
         """
-        if np.abs(self.motion[:, mode]).max() <= _STILL * np.abs(self.motion).max():
+        if self._is_still(mode):
             raise ModelError(
                 f"mode {mode + 1} does not move any contact point in the contact direction: "
                 "it never touches the obstacle; choose another mode or contact direction",
                 code=Code.STILL_MODE,
             )
-        margin, moved = self.margin, np.abs(self.gradient[:, mode])
-        if not self.is_linear(mode):
-            if self.reference is None:
-                raise ModelError(
-                    "the reference displacement is missing: contact points touch without force "
-                    "at rest, so there is no linear motion to scale energies by: must be the "
-                    "displacement in m of these points at gamma ratio 1",
-                    code=Code.REFERENCE,
-                )
-            chosen = self._moved(mode) & self.touching
-            margin, moved = np.full(np.count_nonzero(chosen), self.reference), moved[chosen]
+        if self.is_linear(mode):
+            return self._amplitude_of_event(mode)
+        return self._amplitude_of_reference(mode)
+
+    def _amplitude_of_event(self, mode: int) -> float:
+        closing = self.margin, self.gradient[:, mode], self.curvature[:, mode]
+        return float(np.min(reach(*closing))) if self._approaches(mode) else nearest(*closing)[0]
+
+    def _amplitude_of_reference(self, mode: int) -> float:
+        """Amplitude at which the first touching point moves by the reference displacement."""
+        if self.reference is None:
+            raise ModelError(
+                "the reference displacement is missing: contact points touch without force "
+                "at rest, so there is no linear motion to scale energies by: must be the "
+                "displacement in m of these points at gamma ratio 1",
+                code=Code.REFERENCE,
+            )
+        moved = np.abs(self.gradient[:, mode])[self._moved(mode) & self.touching]
         with np.errstate(divide="ignore", over="ignore"):
-            return float(np.min(margin / moved))
+            return float(np.min(np.full(len(moved), self.reference) / moved))
 
     def at_one(self, mode: int) -> str:
         """What happens at gamma ratio 1."""
         if not self.is_linear(mode):
             return "reference displacement"
+        if not self._approaches(mode):
+            return "nearest approach"
         return "lift-off" if self.closed[self.first(mode)] else "first contact"
 
     def first(self, mode: int) -> int:
         """The contact point of the first event, or the first touching point to move that far."""
-        margin = np.where(self.touching, self.scale, self.margin)
+        slope, curvature = self.gradient[:, mode], self.curvature[:, mode]
+        if not self._approaches(mode):
+            return nearest(self.margin, slope, curvature)[1]
+        steep = np.maximum(np.abs(slope), 1e-300)
         if not self.is_linear(mode):
-            margin = np.where(self.touching, margin, np.inf)
-        return int(np.argmin(margin / np.maximum(np.abs(self.gradient[:, mode]), 1e-300)))
+            return int(np.argmin(np.where(self.touching, self.scale, np.inf) / steep))
+        margin = np.where(self.touching, self.scale, self.margin)
+        return int(np.argmin(reach(margin, steep, curvature)))
+
+    def _is_still(self, mode: int) -> bool:
+        """Whether a mode moves no contact point towards its obstacle, in second order neither."""
+        moves = np.abs(self.motion[:, mode]).max() > _STILL * np.abs(self.motion).max()
+        closes = self.curvature[:, mode].max() > _STILL * np.abs(self.curvature).max()
+        return not moves and not closes
+
+    def _approaches(self, mode: int) -> bool:
+        """Whether a mode, with what second order adds, brings any point to its event."""
+        slope, curvature = self.gradient[:, mode], self.curvature[:, mode]
+        return bool(np.isfinite(reach(self.margin, slope, curvature)).any())
 
     def _moved(self, mode: int) -> NDArray[np.bool_]:
         return np.asarray(np.abs(self.gradient[:, mode]) > _STILL * np.abs(self.gradient).max())
@@ -147,7 +175,7 @@ def rest_state(model: FlexiblePoints) -> RestState:
 
     Raises:
         ModelError: if a gap is not positive where contact points carry mass: their motion after
-            lift-off would need an impact law.
+            lift-off would need an impact law; or with second-order kinematics.
     """
     points, modes = model.points, model.modes
     nothing, none = np.zeros(points), np.zeros(points, dtype=bool)
@@ -164,6 +192,7 @@ def rest_state(model: FlexiblePoints) -> RestState:
             gradient=-model.Phi,
             pull=np.zeros((points, modes)),
             motion=model.Phi,
+            curvature=model.kinematics.curvature(model.Phi),
             reference=model.reference,
         )
     if not model.massless:
@@ -171,6 +200,12 @@ def rest_state(model: FlexiblePoints) -> RestState:
             f"gap = {model.gap.min():g}: must be positive where contact points carry mass; gaps of "
             "any sign need the massless reduction",
             code=Code.GAP_WITH_MASS,
+        )
+    if model.kinematics.forces:
+        raise ModelError(
+            f"gap = {model.gap.min():g}: must be positive with second-order kinematics, whose "
+            "masters are modes about a state of rest without contact",
+            code=Code.GAP_WITH_KINEMATICS,
         )
     return _pressed(model)
 
@@ -209,6 +244,7 @@ def _pressed(model: FlexiblePoints) -> RestState:
         gradient=gradient,
         pull=pull,
         motion=model.Phi @ shapes,
+        curvature=model.kinematics.curvature(model.Phi),
         reference=model.reference,
     )
 

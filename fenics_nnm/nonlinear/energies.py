@@ -25,11 +25,12 @@ class Energies:
     Attributes:
         stiffness: k^ = sum_n U_n* K U_n, twice the mean strain energy of U.
         mass: m^ = sum_n n^2 U_n* M U_n; omega^2 m^ is twice the mean kinetic energy.
-        virial: <lambda, c_s> + <lambda_s, c>, and the mean of all other forces times U.
+        virial: <lambda, c_s> + <lambda_s, c>, and the mean of all other forces times U, and of
+            1/2 U^T (lambda . Theta) U where contact points close in second order.
         lifted: <lambda_s, c>, the mean work done against the forces at rest.
         touch: Mean force times reference displacement of points that touch at rest.
-        potential: Mean potential of forces besides contact and stiffness.
-        other_virial: The part of the virial that these forces have.
+        potential: Mean energy that forces besides contact and stiffness store.
+        other_virial: The part of the virial that these forces and second-order closing have.
     """
 
     stiffness: float
@@ -93,6 +94,7 @@ class ModalEnergy:
         lifted = float(weight @ (self._clearance(at, forces) @ rest.force))
         motion = SampledMotion(self.series, at.q, at.omega)
         other = sum(force.mean_virial(motion) for force in self.mechanics.forces)
+        other += model.kinematics.closing.mean_bending_work(self.series, at.q, forces.force)
         return Energies(
             stiffness=float(
                 np.sum(mean_square * (model.omega * rest.motion_from(at.q)) ** 2)
@@ -102,7 +104,7 @@ class ModalEnergy:
             virial=float(weight @ (forces.force @ rest.clearance)) + lifted + other,
             lifted=lifted,
             touch=float(weight @ forces.force[:, rest.touching].sum(axis=1)) * rest.scale,
-            potential=float(sum(f.mean_potential(motion) for f in self.mechanics.forces)),
+            potential=float(sum(f.mean_energy(motion) for f in self.mechanics.forces)),
             other_virial=float(other),
         )
 

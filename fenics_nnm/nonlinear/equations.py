@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.closing import Closing
 from fenics_nnm.mechanics.contact_law import ContactForces, ContactLaw
 from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.fourier import Series
@@ -115,7 +116,10 @@ class HarmonicEquations:
     For harmonic n, with lambda_n the harmonics of the sampled contact forces, f_n those of other
     forces and p_n of the excitation,
 
-        (Lambda - n^2 omega^2) q_n + omega C q'_n + Phi^T lambda_n + f_n = p_n,      n = 0..N.
+        (Lambda - n^2 omega^2) q_n + omega C q'_n + Phi^T lambda_n + f_n = p_n,      n = 0..N,
+
+    with the harmonics of (Phi + Theta q)^T lambda in place of Phi^T lambda_n where contact points
+    close in second order.
 
     Coefficients `q` have the shape (c, J) throughout, c = N + 1 for cosines and 2 N + 1 for a
     general series. There a term `drift` q' is added for a free motion: it can be shifted in time,
@@ -128,6 +132,7 @@ class HarmonicEquations:
     law: ContactLaw
     model: ReducedModel = field(init=False, repr=False, compare=False)
     rest: RestState = field(init=False, repr=False, compare=False)
+    closing: Closing = field(init=False, repr=False, compare=False)
     energy: ModalEnergy = field(init=False, repr=False, compare=False)
     static_flexibility: Array = field(init=False, repr=False, compare=False)
     free_phase: bool = field(init=False, repr=False, compare=False)
@@ -138,6 +143,7 @@ class HarmonicEquations:
         derived = {
             "model": mechanics.model,
             "rest": mechanics.rest,
+            "closing": mechanics.model.kinematics.closing,
             "energy": ModalEnergy(mechanics, series),
             "static_flexibility": mechanics.model.static_flexibility,
             "free_phase": series.free_phase and mechanics.free,
@@ -174,12 +180,14 @@ class HarmonicEquations:
         return self.mechanics.linear.at(self.series, at.omega, drift)
 
     def free_harmonics(self, at: Unknowns) -> Array:
-        """Harmonics of the free displacement Phi q of the contact points, shape (c, n_c)."""
+        """Harmonics of the linear part Phi q of their free displacement, shape (c, n_c)."""
         return at.q @ self.model.Phi.T
 
     def forces(self, at: Unknowns, near: ContactForces | None = None) -> ContactForces:
         """Contact forces at the samples of a motion; those of a motion nearby may help."""
-        return self.law(self.series.synthesis @ self.free_harmonics(at), near)
+        basis = self.series.synthesis
+        linear = basis @ self.free_harmonics(at)
+        return self.law(self.closing.displaced(linear, basis, at.q), near)
 
     def residual(self, at: Unknowns, forces: ContactForces) -> Array:
         """Left-hand sides of the harmonic equations, shape (c, J)."""
@@ -190,7 +198,7 @@ class HarmonicEquations:
 
     def jacobian(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivative of the residual by q, shape (c J, c J), rows and columns (n, j)."""
-        matrix = forces.tangent(self.series, self.model.Phi)
+        matrix = self.closing.tangent(self.series, self.model.Phi, at.q, forces)
         self.linear(at).add_to(matrix)
         for force in self.mechanics.forces:
             matrix += force.tangent(SampledMotion(self.series, at.q, at.omega))
@@ -220,9 +228,11 @@ class HarmonicEquations:
 
 def force_harmonics(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Array:
     """Harmonics of all forces that the motion determines, shape (c, J)."""
-    harmonics = equations.series.analysis @ forces.force @ equations.model.Phi
+    series, closing = equations.series, equations.closing
+    linear = series.analysis @ forces.force @ equations.model.Phi
+    harmonics = closing.pushed(linear, series, at.q, forces.force)
     for force in equations.mechanics.forces:
-        harmonics += force.harmonics(SampledMotion(equations.series, at.q, at.omega))
+        harmonics += force.harmonics(SampledMotion(series, at.q, at.omega))
     return harmonics
 
 

@@ -92,7 +92,8 @@ def _step(coarse: HarmonicEquations, solution: Solution, finer: HarmonicEquation
     """One linearised step to the solution of the finer equations, None if it is not defined."""
     series, Phi = finer.series, finer.model.Phi
     q, omega, free = series.fitted(solution.q), solution.omega, series.fitted(solution.free)
-    forces = finer.law(series.synthesis @ free)
+    basis, closing = series.synthesis, finer.closing
+    forces = finer.law(closing.displaced(basis @ free, basis, q))
     at = Unknowns.of(q, omega).completed(len(finer.parameters))
     known = series.fitted(force_harmonics(coarse, solution.at, solution.forces))
     defect = force_harmonics(finer, at, forces) - known
@@ -102,10 +103,11 @@ def _step(coarse: HarmonicEquations, solution: Solution, finer: HarmonicEquation
     step = linear_step(finer, at, forces, defect)
     if step is None:
         return None
-    after = finer.law(series.synthesis @ (free + step.q @ Phi.T))
+    moved = q + step.q
+    after = finer.law(closing.displaced(basis @ (free + step.q @ Phi.T), basis, moved))
     remains = (
         defect
-        + finer.residual(Unknowns.of(q + step.q, omega + step.omega), after)
+        + finer.residual(Unknowns.of(moved, omega + step.omega), after)
         - finer.residual(at, forces)
     )
     return _Step(step.omega, float(np.linalg.norm(remains / finer.row_scale(omega))) / begins)

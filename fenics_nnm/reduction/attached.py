@@ -19,7 +19,7 @@ from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.mechanics.force import CubicSprings, Force
+from fenics_nnm.mechanics.force import AddedForce, CubicSprings
 from fenics_nnm.reduction.operators import Operators
 
 #: Part of the static flexibility of points below which the modes bring all of it.
@@ -55,7 +55,7 @@ class AttachedPoints:
             np.hstack([self.rows, rows]), np.append(self.cubic, np.zeros(rows.shape[1]))
         )
 
-    def forces(self, shapes: Array) -> tuple[Force, ...]:
+    def forces(self, shapes: Array) -> tuple[AddedForce, ...]:
         """Forces of the springs.
 
         Args:

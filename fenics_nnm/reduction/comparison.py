@@ -29,7 +29,9 @@ def model_difference(stored: ReducedModel, model: ReducedModel) -> str:
     shapes = _close(stored.Phi, model.Phi * mode_signs(stored, model))
     if not shapes:
         return "the linear modes differ at the contact points"
-    return "" if _close(stored.R, model.R) else "the residual flexibility differs"
+    if not _close(stored.R, model.R):
+        return "the residual flexibility differs"
+    return _kinematics_difference(stored, model)
 
 
 def mode_signs(stored: ReducedModel, model: ReducedModel) -> Array:
@@ -38,6 +40,30 @@ def mode_signs(stored: ReducedModel, model: ReducedModel) -> Array:
     A mode that is still at all contact points has either: no motion in contact has a part of it.
     """
     return np.where(np.einsum("ij,ij->j", stored.Phi, model.Phi) < 0, -1.0, 1.0)
+
+
+def _kinematics_difference(stored: ReducedModel, model: ReducedModel) -> str:
+    """What differs between second-order kinematics; or nothing."""
+    before, now = stored.kinematics.tensors, model.kinematics.tensors
+    if before.keys() != now.keys():
+        return "second-order kinematics are with one of them alone"
+    if not before:
+        return ""
+    if not np.array_equal(stored.kinematics.masters, model.kinematics.masters):
+        return "the masters of second-order displacement differ"
+    signs = mode_signs(stored, model)
+    own = signs[model.kinematics.masters]
+    pairs = np.multiply.outer(own, own)
+    by_name = {
+        "Theta": pairs,
+        "alpha": np.multiply.outer(signs, pairs),
+        "beta": np.multiply.outer(pairs, pairs),
+        "D": np.multiply.outer(pairs, pairs),
+    }
+    for name, sign in by_name.items():
+        if not _close(before[name], now[name] * sign):
+            return f"{name} of second-order displacement differs"
+    return ""
 
 
 def _close(stored: Array, found: Array) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.force import AddedForce
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.truncation import Truncation
 
@@ -35,7 +35,7 @@ class Reduction:
     shapes: Array
     residual_shapes: Array
     truncation: Truncation | None
-    forces: tuple[Force, ...] = ()
+    forces: tuple[AddedForce, ...] = ()
     attached: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def displacement(self, q: Array, force: Array) -> Array:

@@ -4,7 +4,8 @@ Layout (SI units):
 
     /                    attributes: format, study (TOML), versions (JSON), reason, inputs (JSON:
                          digest of each file that the study names, by key)
-    /model               omega, Phi, R, gap of the reduced model
+    /model               omega, Phi, R, gap of the reduced model; kinematics, if of second order:
+                         Theta, alpha, beta, D; attribute: masters (from 0)
     /contact             points, directions, areas, patches (their numbers, from 0), patch_names;
                          facets (their nodes in VTK order), facet_patch and facet_side (0 for its
                          own, 1 for those opposite); pressures, three rows: node, contact point,
@@ -57,7 +58,9 @@ from fenics_nnm.fem.blocks import Blocks, Data
 from fenics_nnm.files.bounds import check_hdf5
 from fenics_nnm.mechanics.contact_points import MASSIVE, MASSLESS, ContactPoints
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
+from fenics_nnm.mechanics.kinematics import LINEAR, Kinematics
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.second_order import SecondOrder
 from fenics_nnm.results import journal
 from fenics_nnm.results.durable import replacing
 from fenics_nnm.results.journal import Journal
@@ -302,6 +305,9 @@ def _image(header: BranchHeader, data: Data) -> bytes:
         file.attrs["inputs"] = json.dumps(dict(header.inputs))
         for name in ("omega", "Phi", "R", "gap"):
             file[f"model/{name}"] = getattr(header.model, name)
+        for name, tensor in header.model.kinematics.tensors.items():
+            file[f"model/kinematics/{name}"] = tensor
+            file["model/kinematics"].attrs["masters"] = header.model.kinematics.masters
         file["model"].attrs["massless"] = header.model.massless
         if header.model.reference is not None:
             file["model"].attrs["reference"] = header.model.reference
@@ -347,8 +353,18 @@ def _header(file: h5py.File) -> BranchHeader:
             gap=np.array(model["gap"]),
             reference=float(model.attrs["reference"]) if "reference" in model.attrs else None,
             contact=_contact_points(model),
+            kinematics=_kinematics(model),
         ),
     )
+
+
+def _kinematics(model: h5py.Group) -> Kinematics:
+    """Kinematics of the model; linear where none are stored."""
+    if "kinematics" not in model:
+        return LINEAR
+    stored = model["kinematics"]
+    tensors = {name: np.array(stored[name]) for name in ("Theta", "alpha", "beta", "D")}
+    return SecondOrder(masters=np.array(stored.attrs["masters"]), **tensors)
 
 
 def _contact_points(model: h5py.Group) -> ContactPoints:

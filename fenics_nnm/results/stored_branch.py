@@ -13,7 +13,7 @@ from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.mechanics.fourier import Series
-from fenics_nnm.mechanics.motion import force_rates_at, forces_at
+from fenics_nnm.mechanics.motion import force_rates_at, forces_at, free_displacement
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 
@@ -139,7 +139,8 @@ class StoredBranch:
         """Distance in m of the contact points to their obstacle, shape (len(phase), n_c)."""
         model = self.header.model
         forces = forces_at(model, self.series, point.motion, phase)
-        return model.gap - self.series.basis_at(phase) @ point.motion.free + forces @ model.R
+        free = free_displacement(model, self.series, point.motion, phase)
+        return model.gap - free + forces @ model.R
 
     def forces(self, point: BranchPoint, phase: Array) -> Array:
         """Contact forces in N, shape (len(phase), n_c)."""

@@ -30,7 +30,9 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.FULL_ORDER_GAP: (("gap = ", "contact.gap = "), _MASSLESS),
     Code.GAP: (("gap ", "contact.gap "),),
     Code.GAP_WITH_FORCES: (("gap = ", "contact.gap = "),),
+    Code.GAP_WITH_KINEMATICS: (("gap = ", "contact.gap = "),),
     Code.GAP_WITH_MASS: (("gap = ", "contact.gap = "), _MASSLESS),
+    Code.KINEMATICS_AT_FULL_ORDER: (_MASSLESS,),
     Code.LENGTH_UNIT: (
         ("length unit ", "mesh.length_unit = "),
         ("the declared unit must be ignored", "ignore_declared_unit = true"),

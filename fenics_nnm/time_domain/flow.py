@@ -98,13 +98,13 @@ class Flow:
         """Contact forces in N at states of shape (s, J), shape (s, n_c)."""
         return self._law(q @ self.model.Phi.T).force
 
-    def acceleration(self, q: Array) -> Array:
+    def acceleration(self, q: Array, velocity: Array) -> Array:
         """Acceleration -omega^2 q - Phi^T lambda(q), shape (J,)."""
-        return -self.energy_gradient(q)
+        return -self._stage_at(q).pull(q)
 
-    def energy_gradient(self, q: Array) -> Array:
-        """Derivative of the energy by q: omega^2 q + Phi^T lambda(q), shape (J,)."""
-        return self._stage_at(q).pull(q)
+    def energy_gradient(self, q: Array, velocity: Array) -> Array:
+        """Derivative of the energy: omega^2 q + Phi^T lambda(q) by q, then q', shape (2 J,)."""
+        return np.concatenate([self._stage_at(q).pull(q), velocity])
 
     def energy(self, q: Array, velocity: Array) -> float:
         """Total energy in J, constant in time, from the state of rest (q_s, lambda_s).

@@ -66,11 +66,11 @@ class Integrator(Protocol):
             speeds: Whether the integral of |velocity|^2 is wanted.
         """
 
-    def acceleration(self, q: Array) -> Array:
-        """Acceleration at rest at coordinates of shape (J,), shape (J,)."""
+    def acceleration(self, q: Array, velocity: Array) -> Array:
+        """Acceleration of a state, shape (J,)."""
 
-    def energy_gradient(self, q: Array) -> Array:
-        """Derivative of the energy by q, shape (J,)."""
+    def energy_gradient(self, q: Array, velocity: Array) -> Array:
+        """Derivative of the energy by q and velocity, shape (2 J,)."""
 
     def energy(self, q: Array, velocity: Array) -> float:
         """Total energy in J from the state of rest, constant in time without damping."""

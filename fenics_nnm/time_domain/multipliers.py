@@ -1,6 +1,7 @@
 r"""Eigenvalues of the derivative M of a flow over a period, besides the two that are 1.
 
-In the coordinates (sqrt(omega) q, q' / sqrt(omega)) M obeys
+In the coordinates (sqrt(omega) q, p / sqrt(omega)), with momenta p = q' for constant inertia, M
+obeys
 
     M^T Omega M = Omega,      Omega = [[0, 1], [-1, 0]],
 

@@ -96,9 +96,9 @@ class ReversibleMap:
         jacobian = np.zeros((modes + 1, modes + 1))
         if half.transition is not None:
             jacobian[:modes, :modes] = half.transition[modes:] / omega
-        braking = self.flow.acceleration(half.q) * target.period / 2
+        braking = self.flow.acceleration(half.q, half.velocity) * target.period / 2
         jacobian[:modes, modes] = braking / target.amplitude
-        by_q = self.flow.energy_gradient(q) / target.energy
+        by_q = self.flow.energy_gradient(q, rest)[:modes] / target.energy
         jacobian[modes, :modes] = by_q * target.amplitude / omega
         return Miss(np.append(half.velocity / target.amplitude, energy), jacobian, half.failure)
 
@@ -130,7 +130,7 @@ class GeneralMap:
         q, velocity, period = self.state(unknowns)
         target, scale, size = self.target, self._scale, 2 * len(q)
         after = self.flow.run(q, velocity, period, along=np.eye(size))
-        gradient = np.concatenate([self.flow.energy_gradient(q), velocity]) / scale
+        gradient = self.flow.energy_gradient(q, velocity) / scale
         across = _projection(gradient)
         jacobian = np.zeros((size + 2, size + 1))
         if after.transition is not None:
@@ -152,7 +152,7 @@ class GeneralMap:
         return np.concatenate([omega, np.ones_like(omega)]) / self.target.amplitude
 
     def _rate(self, q: Array, velocity: Array) -> Array:
-        return self._scale * np.concatenate([velocity, self.flow.acceleration(q)])
+        return self._scale * np.concatenate([velocity, self.flow.acceleration(q, velocity)])
 
     def _phase_condition(self) -> Array:
         """Unit vector along the flow at the guess."""

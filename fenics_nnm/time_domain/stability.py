@@ -118,13 +118,17 @@ def stability_of(
         on_circle: As for `stability`.
     """
     span = period / 2 if reversible else period
-    after = flow.run(q, velocity, span, along=np.eye(2 * len(q)))
+    inertia = flow.model.kinematics.inertia
+    along = inertia.from_momenta(q, velocity, np.eye(2 * len(q)))
+    after = flow.run(q, velocity, span, along=along)
     if after.failure or after.transition is None:
         return _unknown(after.failure)
     omega = flow.model.omega
     scale = np.concatenate([np.sqrt(omega), 1 / np.sqrt(omega)])
-    M = scale[:, None] * after.transition / scale
-    rate = scale * np.concatenate([velocity, flow.acceleration(q)])
+    carried = inertia.to_momenta(after.q, after.velocity, after.transition)
+    M = scale[:, None] * carried / scale
+    moving = np.concatenate([velocity, flow.acceleration(q, velocity)])
+    rate = scale * inertia.to_momenta(q, velocity, moving)
     rate /= np.linalg.norm(rate)
     if reversible:
         M = there_and_back(M)

@@ -1,12 +1,13 @@
 """Motion in time by steps, for models whose motion between changes of contact is not linear.
 
-    q'' = -Lambda q - C q' - Phi^T lambda(Phi q) - f(q, q')
+    M(q) q'' = -Lambda q - C q' - Psi^T lambda(p) - f(q, q')
 
-With massless contact points lambda is a continuous, piecewise linear function of q, so the right
-side is Lipschitz continuous, and a Runge-Kutta method of order 8 with control of the error (DOP853,
-E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993; from SciPy)
-steps over changes of contact: it shortens its steps there. The derivative along changes of the
-first state follows from the variational equations, stepped with the motion.
+with p = Phi q, Psi = Phi and M = 1, or those of second-order kinematics. With massless contact
+points lambda is a continuous, piecewise linear function of p, so the right side is Lipschitz
+continuous, and a Runge-Kutta method of order 8 with control of the error (DOP853, E. Hairer,
+S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993; from SciPy) steps over
+changes of contact: it shortens its steps there. The derivative along changes of the first state
+follows from the variational equations, stepped with the motion.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.integrator import Integrator, Trajectory
+
+#: Basis functions of a state by itself.
+_AT_ONE = np.ones((1, 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,41 +77,48 @@ class Stepped:
         found = walk.trajectory(end, failure)
         return found if along is not None else replace(found, transition=None)
 
-    def acceleration(self, q: Array) -> Array:
-        """Acceleration at rest, shape (J,)."""
-        return -self.energy_gradient(q)
+    def acceleration(self, q: Array, velocity: Array) -> Array:
+        """Acceleration of a state, shape (J,)."""
+        pull = self._conservative(q) + self.mechanics.linear.rate @ velocity
+        pull = pull + sum(f.at(q, velocity) for f in self.mechanics.forces)
+        return self.model.kinematics.inertia.accelerated(q, -pull)
 
-    def energy_gradient(self, q: Array) -> Array:
-        """Derivative of the energy by q: omega^2 q + Phi^T lambda(q) + f(q), shape (J,)."""
-        at_rest = np.zeros_like(q)
-        pull = self.model.omega**2 * q + self.contact(q).force[0] @ self.model.Phi
-        return np.asarray(pull + sum(f.at(q, at_rest) for f in self.mechanics.forces))
+    def energy_gradient(self, q: Array, velocity: Array) -> Array:
+        """Derivative of the energy: omega^2 q + Psi^T lambda(q) + f(q) by q, then p, (2 J,)."""
+        inertia, at_rest = self.model.kinematics.inertia, np.zeros_like(q)
+        by_q = self._conservative(q) + sum(f.at(q, at_rest) for f in self.mechanics.forces)
+        by_q = by_q + inertia.energy_gradient(q, velocity)
+        return np.concatenate([by_q, inertia.momentum(q, velocity)])
 
     def energy(self, q: Array, velocity: Array) -> float:
         """Total energy in J from the state of rest."""
         force = self.contact(q).force[0]
         modal = velocity @ velocity + np.sum((self.model.omega * q) ** 2)
-        stored = sum(each.potential_at(q) for each in self.mechanics.forces)
+        stored = sum(each.energy_at(q, velocity) for each in self.mechanics.forces)
         return float(modal + force @ self.model.R @ force) / 2 + float(stored)
 
     def contact(self, q: Array) -> ContactForces:
         """Contact forces at coordinates of shape (J,)."""
-        return self._law((self.model.Phi @ q)[None])
+        closing = self.model.kinematics.closing
+        return self._law(closing.displaced((self.model.Phi @ q)[None], _AT_ONE, q[None]))
 
-    def rate(self, q: Array, velocity: Array) -> Array:
-        """Acceleration of a state, shape (J,)."""
-        pull = self.model.omega**2 * q + self.mechanics.linear.rate @ velocity
-        pull += self.contact(q).force[0] @ self.model.Phi
-        return np.asarray(-pull - sum(f.at(q, velocity) for f in self.mechanics.forces))
-
-    def tangent(self, q: Array, velocity: Array) -> tuple[Array, Array]:
+    def tangent(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
         """Derivatives of the acceleration by coordinates and velocities, each of shape (J, J)."""
-        by_q, by_velocity = np.diag(self.model.omega**2), self.mechanics.linear.rate.copy()
-        by_q += self.contact(q).stiffness(self.model.Phi).sum(axis=0)
+        closing, inertia = self.model.kinematics.closing, self.model.kinematics.inertia
+        contact = self.contact(q)
+        by_q = np.diag(self.model.omega**2)
+        by_q += contact.stiffness(closing.shapes_at(self.model.Phi, q)).sum(axis=0)
+        by_q = closing.stiffened(by_q, contact.force[0])
+        by_velocity = self.mechanics.linear.rate.copy()
         for force in self.mechanics.forces:
-            one, other = force.tangent_at(q, velocity)
+            one, other = force.tangent_at(q, velocity, acceleration)
             by_q, by_velocity = by_q + one, by_velocity + other
-        return -by_q, -by_velocity
+        return inertia.accelerated(q, -by_q), inertia.accelerated(q, -by_velocity)
+
+    def _conservative(self, q: Array) -> Array:
+        """omega^2 q + Psi^T lambda(q), shape (J,)."""
+        shapes = self.model.kinematics.closing.shapes_at(self.model.Phi, q)
+        return np.asarray(self.model.omega**2 * q + self.contact(q).force[0] @ shapes)
 
 
 @dataclass(slots=True)
@@ -171,10 +182,11 @@ class _Walk:
         modes = self.flow.model.modes
         q, velocity = state[:modes], state[modes : 2 * modes]
         square = np.array([velocity @ velocity])
-        rate = np.concatenate([velocity, self.flow.rate(q, velocity), square])
+        acceleration = self.flow.acceleration(q, velocity)
+        rate = np.concatenate([velocity, acceleration, square])
         if not self.along.size:
             return rate
-        by_q, by_velocity = self.flow.tangent(q, velocity)
+        by_q, by_velocity = self.flow.tangent(q, velocity, acceleration)
         moved = state[2 * modes + 1 :].reshape(self.along.shape)
         pulled = by_q @ moved[:modes] + by_velocity @ moved[modes:]
         return np.concatenate([rate, moved[modes:].ravel(), pulled.ravel()])

@@ -36,7 +36,7 @@ def random_state(rng: np.random.Generator, model: ReducedModel) -> tuple[Array, 
 def by_another_integrator(flow: Flow, q: Array, velocity: Array, span: float) -> Array:
     def rate(time: float, state: Array) -> Array:
         position, speed = np.split(state, 2)
-        return np.concatenate([speed, flow.acceleration(position)])
+        return np.concatenate([speed, flow.acceleration(position, speed)])
 
     start = np.concatenate([q, velocity])
     return solve_ivp(rate, (0, span), start, method="DOP853", rtol=1e-11, atol=1e-13).y[:, -1]

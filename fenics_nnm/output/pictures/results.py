@@ -16,7 +16,12 @@ from fenics_nnm.backbone.point import BranchPoint, believable
 from fenics_nnm.errors import OutputError
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.mechanics.motion import force_rates_at, forces_at
+from fenics_nnm.mechanics.motion import (
+    force_rates_at,
+    forces_at,
+    free_displacement,
+    free_rates,
+)
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
@@ -99,12 +104,12 @@ class Results:
 
     def contact_displacement(self, point: BranchPoint, phase: Array) -> Array:
         """Displacement of the contact points towards the obstacle in m, (len(phase), n_c)."""
-        free = self.series.basis_at(phase) @ point.motion.free
+        free = free_displacement(self.model, self.series, point.motion, phase)
         return np.asarray(free - self.forces(point, phase) @ self.model.R)
 
     def contact_velocity(self, point: BranchPoint, phase: Array) -> Array:
         """Velocity of the contact points towards the obstacle in m/s, (len(phase), n_c)."""
-        free = self.series.rate_at(phase) @ point.motion.free
+        free = free_rates(self.model, self.series, point.motion, phase)
         rates = force_rates_at(self.model, self.series, point.motion, phase)
         return 2 * np.pi * point.motion.frequency * np.asarray(free - rates @ self.model.R)
 

@@ -1,0 +1,172 @@
+r"""How contact points close with the coordinates: linear, or with a quadratic part.
+
+    p_c = Phi_c q + 1/2 q^T Theta_c q,      w = p - R lambda,
+
+so that forces act on the coordinates by (Phi + Theta q)^T lambda. The quadratic part is added to
+what the linear part gives, so that a linear closing adds nothing and costs nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.sampled_tangent import sampled_tangent
+
+
+class Closing(Protocol):
+    """What a quadratic part of the closing adds."""
+
+    def displaced(self, linear: Array, basis: Array, q: Array) -> Array:
+        """Displacement p at phases, shape (s, n_c).
+
+        Args:
+            linear: Linear part Phi q there, shape (s, n_c).
+            basis: Basis functions there, shape (s, c).
+            q: Coefficients of the motion, shape (c, J).
+        """
+
+    def displacement_rates(self, linear: Array, basis: Array, rate: Array, q: Array) -> Array:
+        """Derivatives of p by the phase from those of the linear part, shape (s, n_c).
+
+        Args:
+            linear: Those of Phi q, shape (s, n_c).
+            basis: Basis functions, shape (s, c).
+            rate: Their derivatives, shape (s, c).
+            q: Coefficients of the motion, shape (c, J).
+        """
+
+    def pushed(self, linear: Array, series: Series, q: Array, force: Array) -> Array:
+        """Harmonics of (Phi + Theta q)^T lambda from those of Phi^T lambda, shape (c, J).
+
+        Args:
+            linear: Harmonics of Phi^T lambda, shape (c, J).
+            series: Series in time.
+            q: Coefficients of the motion, shape (c, J).
+            force: lambda at the samples, shape (s, n_c).
+        """
+
+    def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
+        """Derivative of `pushed` by q, shape (c J, c J), by (n, j)."""
+
+    def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
+        """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""
+
+    def shapes_at(self, Phi: Array, q: Array) -> Array:
+        """Phi + Theta q at coordinates of shape (J,), shape (n_c, J)."""
+
+    def stiffened(self, linear: Array, force: Array) -> Array:
+        """A stiffness of shape (J, J), and lambda . Theta of forces of shape (n_c,)."""
+
+
+class LinearClosing:
+    """Nothing is added."""
+
+    __slots__ = ()
+
+    def displaced(self, linear: Array, basis: Array, q: Array) -> Array:
+        """The linear part."""
+        return linear
+
+    def displacement_rates(self, linear: Array, basis: Array, rate: Array, q: Array) -> Array:
+        """The linear part."""
+        return linear
+
+    def pushed(self, linear: Array, series: Series, q: Array, force: Array) -> Array:
+        """The linear part."""
+        return linear
+
+    def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
+        """That of the forces alone."""
+        return forces.tangent(series, Phi)
+
+    def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
+        """None."""
+        return 0.0
+
+    def shapes_at(self, Phi: Array, q: Array) -> Array:
+        """Phi."""
+        return Phi
+
+    def stiffened(self, linear: Array, force: Array) -> Array:
+        """The stiffness."""
+        return linear
+
+
+LINEAR_CLOSING = LinearClosing()
+
+
+@dataclass(frozen=True, slots=True)
+class QuadraticClosing:
+    """1/2 q^T Theta q of some of the coordinates is added.
+
+    Attributes:
+        masters: Places of these coordinates, shape (k,).
+        Theta: Shape (n_c, k, k), symmetric in the last two.
+    """
+
+    masters: Indices
+    Theta: Array
+
+    def displaced(self, linear: Array, basis: Array, q: Array) -> Array:
+        """Displacement p at phases, shape (s, n_c)."""
+        moved = basis @ q[:, self.masters]
+        return np.asarray(linear + self._by_pairs(moved, moved) / 2)
+
+    def displacement_rates(self, linear: Array, basis: Array, rate: Array, q: Array) -> Array:
+        """Derivatives of p by the phase, shape (s, n_c)."""
+        masters = q[:, self.masters]
+        return np.asarray(linear + self._by_pairs(basis @ masters, rate @ masters))
+
+    def pushed(self, linear: Array, series: Series, q: Array, force: Array) -> Array:
+        """Harmonics of (Phi + Theta q)^T lambda, shape (c, J)."""
+        at = np.flatnonzero(force.any(axis=1))
+        moved = series.synthesis[at] @ q[:, self.masters]
+        stiffness = np.tensordot(force[at], self.Theta, 1)
+        whole = linear.copy()
+        whole[:, self.masters] += series.analysis[:, at] @ _times(stiffness, moved)
+        return whole
+
+    def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
+        """Derivative of `pushed`: sum_k A_nk (Psi_k^T D_k Psi_k + lambda_k . Theta) S_kn'."""
+        at, points = forces.samples, forces.points
+        moved = series.synthesis[at] @ q[:, self.masters]
+        shapes = Phi[points]
+        turned = np.einsum("spjk,sk->spj", self.Theta[points], moved)
+        shapes[:, :, self.masters] += turned
+        stiffness = np.swapaxes(shapes, 1, 2) @ (forces.slope @ shapes)
+        bent = np.tensordot(forces.force[at], self.Theta, 1)
+        stiffness[:, self.masters[:, None], self.masters] += bent
+        return sampled_tangent(series.analysis[:, at], series.synthesis[at], stiffness)
+
+    def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
+        """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""
+        moved = series.synthesis @ q[:, self.masters]
+        return float(series.weight @ np.sum(force * self._by_pairs(moved, moved), axis=1)) / 2
+
+    def shapes_at(self, Phi: Array, q: Array) -> Array:
+        """Phi + Theta q at coordinates of shape (J,), shape (n_c, J)."""
+        shapes = Phi.copy()
+        shapes[:, self.masters] += self.Theta @ q[self.masters]
+        return shapes
+
+    def stiffened(self, linear: Array, force: Array) -> Array:
+        """A stiffness of shape (J, J), and lambda . Theta of forces of shape (n_c,)."""
+        whole = linear.copy()
+        whole[np.ix_(self.masters, self.masters)] += np.tensordot(force, self.Theta, 1)
+        return whole
+
+    def _by_pairs(self, one: Array, other: Array) -> Array:
+        """x^T Theta y of vectors (s, k), shape (s, n_c)."""
+        pairs = (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
+        return np.asarray(pairs @ self.Theta.reshape(len(self.Theta), -1).T)
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """Products of matrices (s, k, k) and vectors (s, k), shape (s, k)."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])

@@ -1,0 +1,227 @@
+r"""Forces of second-order kinematics: polynomial stiffness, and inertia of the displacement.
+
+Both are cubic in the coordinates, so their harmonics 0..N are exact where a series has m > 4 N
+samples: the cube of N harmonics, projected on N. See `mechanics.second_order` for the symbols.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.force import SampledMotion
+from fenics_nnm.mechanics.sampled_tangent import sampled_tangent
+
+
+@dataclass(frozen=True, slots=True)
+class PolynomialStiffness:
+    r"""The force of the potential 1/3 alpha q^3 + alpha_a q_a q^2 + 1/4 beta q^4.
+
+    Attributes:
+        masters: Places of the masters among the coordinates, shape (k,).
+        alpha: Quadratic forces on all coordinates, shape (J, k, k).
+        beta: Cubic forces on the masters, shape (k, k, k, k).
+    """
+
+    masters: Indices
+    alpha: Array
+    beta: Array
+    _coupled: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        coupled = self.alpha.copy()
+        coupled[self.masters] = 0.0
+        object.__setattr__(self, "_coupled", coupled)
+
+    def harmonics(self, motion: SampledMotion) -> Array:
+        """Harmonics of the force, shape (c, J)."""
+        assert_enough_samples(motion)
+        return np.asarray(motion.series.analysis @ self._values(motion.displacement))
+
+    def tangent(self, motion: SampledMotion) -> Array:
+        """Derivative: sum_k A_nk (df / dq)_k S_kn'."""
+        series = motion.series
+        return sampled_tangent(series.analysis, series.synthesis, self._slopes(motion.displacement))
+
+    def by_omega(self, motion: SampledMotion) -> Array:
+        """It does not depend on the frequency."""
+        return np.zeros_like(motion.q)
+
+    def mean_virial(self, motion: SampledMotion) -> float:
+        """Mean of the force times the coordinates."""
+        q = motion.displacement
+        return float(motion.series.weight @ np.sum(q * self._values(q), axis=1))
+
+    def mean_energy(self, motion: SampledMotion) -> float:
+        """Mean of the potential."""
+        return float(motion.series.weight @ self._potentials(motion.displacement))
+
+    def at(self, q: Array, velocity: Array) -> Array:
+        """The force at a state, shape (J,)."""
+        return np.asarray(self._values(q[None])[0])
+
+    def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
+        """Its derivatives by coordinates and velocities at a state."""
+        return self._slopes(q[None])[0], np.zeros((len(q), len(q)))
+
+    def energy_at(self, q: Array, velocity: Array) -> float:
+        """Its potential at coordinates of shape (J,)."""
+        return float(self._potentials(q[None])[0])
+
+    def _values(self, q: Array) -> Array:
+        """Forces of states, both of shape (s, J)."""
+        masters, pairs = q[:, self.masters], self._pairs(q)
+        force = pairs @ self.alpha.reshape(len(self.alpha), -1).T
+        shared = 2 * self._coupling(q) + self._squared(pairs)
+        force[:, self.masters] += (shared @ masters[:, :, None])[:, :, 0]
+        return np.asarray(force)
+
+    def _slopes(self, q: Array) -> Array:
+        """Derivatives of the force, shape (s, J, J)."""
+        masters, own = q[:, self.masters], self.masters
+        slopes = np.zeros((len(q), len(self.alpha), len(self.alpha)))
+        slopes[:, own] = 2 * np.tensordot(masters, self._coupled, (1, 2)).swapaxes(1, 2)
+        slopes[:, :, own] += 2 * np.tensordot(masters, self.alpha, (1, 2))
+        slopes[:, own[:, None], own] += 2 * self._coupling(q) + 3 * self._squared(self._pairs(q))
+        return slopes
+
+    def _potentials(self, q: Array) -> Array:
+        """Potentials of states (s, J), shape (s,)."""
+        masters, pairs = q[:, self.masters], self._pairs(q)
+        quadratic = pairs @ self.alpha.reshape(len(self.alpha), -1).T
+        share = np.ones(len(self.alpha))
+        share[self.masters] = 1 / 3
+        cubic = np.sum(quadratic * q * share, axis=1)
+        quartic = np.einsum("si,sij,sj->s", masters, self._squared(pairs), masters)
+        return np.asarray(cubic + quartic / 4)
+
+    def _pairs(self, q: Array) -> Array:
+        """Products of masters, shape (s, k^2)."""
+        masters = q[:, self.masters]
+        return (masters[:, :, None] * masters[:, None, :]).reshape(len(q), -1)
+
+    def _coupling(self, q: Array) -> Array:
+        """sum_a alpha_ajk q_a over what is no master, shape (s, k, k)."""
+        return np.tensordot(q, self._coupled, 1)
+
+    def _squared(self, pairs: Array) -> Array:
+        """beta_ijkl q_k q_l, shape (s, k, k)."""
+        k = len(self.masters)
+        return (pairs @ self.beta.reshape(k**2, k**2)).reshape(-1, k, k)
+
+
+@dataclass(frozen=True, slots=True)
+class InertialForce:
+    r"""The inertial force D_ikjl q_k (q_j'' q_l + q_j' q_l') of M(q) = 1 + D q q.
+
+    Attributes:
+        masters: Places of the masters among the coordinates, shape (k,).
+        D: Inertia of the second-order displacement, shape (k, k, k, k).
+    """
+
+    masters: Indices
+    D: Array
+
+    def harmonics(self, motion: SampledMotion) -> Array:
+        """Harmonics of the force, shape (c, J)."""
+        assert_enough_samples(motion)
+        whole = np.zeros_like(motion.q)
+        whole[:, self.masters] = motion.series.analysis @ self._values(self._states(motion))
+        return whole
+
+    def tangent(self, motion: SampledMotion) -> Array:
+        """Derivative by displacement, velocity and acceleration at the samples."""
+        series, states = motion.series, self._states(motion)
+        rates = motion.omega * series.rate_at(series.phase)
+        curvature = -series.synthesis * (series.order * motion.omega) ** 2
+        parts = zip((series.synthesis, rates, curvature), self._slopes(states), strict=True)
+        k, rows, modes = len(self.masters), *motion.q.shape
+        own = sum(sampled_tangent(series.analysis, basis, block) for basis, block in parts)
+        whole = np.zeros((rows, modes, rows, modes))
+        at = np.ix_(np.arange(rows), self.masters, np.arange(rows), self.masters)
+        whole[at] = np.asarray(own).reshape(rows, k, rows, k)
+        return whole.reshape(rows * modes, rows * modes)
+
+    def by_omega(self, motion: SampledMotion) -> Array:
+        """The force grows with the square of the frequency."""
+        return 2 / motion.omega * self.harmonics(motion)
+
+    def mean_virial(self, motion: SampledMotion) -> float:
+        """Mean of the force times the coordinates."""
+        states = self._states(motion)
+        return float(motion.series.weight @ np.sum(states[0] * self._values(states), axis=1))
+
+    def mean_energy(self, motion: SampledMotion) -> float:
+        """Mean kinetic energy of the second-order displacement."""
+        q, velocity, _ = self._states(motion)
+        return float(motion.series.weight @ self._energies(q, velocity))
+
+    def at(self, q: Array, velocity: Array) -> Array:
+        """The force at a state, without the part of the acceleration, shape (J,)."""
+        own = q[None, self.masters], velocity[None, self.masters]
+        force = np.zeros_like(q)
+        force[self.masters] = self._values((*own, np.zeros_like(own[0])))[0]
+        return force
+
+    def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
+        """Derivatives of the whole force by coordinates and velocities."""
+        own = self.masters
+        states = q[None, own], velocity[None, own], acceleration[None, own]
+        by_q, by_velocity, _ = self._slopes(states)
+        return self._spread(by_q[0], len(q)), self._spread(by_velocity[0], len(q))
+
+    def energy_at(self, q: Array, velocity: Array) -> float:
+        """Kinetic energy of the second-order displacement."""
+        return float(self._energies(q[None, self.masters], velocity[None, self.masters])[0])
+
+    def _states(self, motion: SampledMotion) -> tuple[Array, Array, Array]:
+        """Displacement, velocity and acceleration of the masters at the samples, each (s, k)."""
+        own = SampledMotion(motion.series, motion.q[:, self.masters], motion.omega)
+        return own.displacement, own.velocity, own.acceleration
+
+    def _inner(self, states: tuple[Array, Array, Array]) -> Array:
+        """G_ik = D_ikjl (q_j'' q_l + q_j' q_l'), shape (s, k, k)."""
+        q, velocity, acceleration = states
+        pairs = acceleration[:, :, None] * q[:, None, :]
+        pairs += velocity[:, :, None] * velocity[:, None, :]
+        k = len(self.masters)
+        return (pairs.reshape(len(q), -1) @ self.D.reshape(k**2, -1).T).reshape(-1, k, k)
+
+    def _values(self, states: tuple[Array, Array, Array]) -> Array:
+        """Forces on the masters, shape (s, k)."""
+        return np.asarray((self._inner(states) @ states[0][:, :, None])[:, :, 0])
+
+    def _slopes(self, states: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        """Derivatives by displacement, velocity and acceleration, each (s, k, k)."""
+        q, velocity, acceleration = states
+        by_q = self._inner(states) + np.einsum("ikjn,sk,sj->sin", self.D, q, acceleration)
+        by_velocity = 2 * np.einsum("ikjn,sk,sj->sin", self.D, q, velocity)
+        return by_q, by_velocity, np.einsum("iknl,sk,sl->sin", self.D, q, q)
+
+    def _energies(self, q: Array, velocity: Array) -> Array:
+        """1/2 D_ikjl q_i' q_k q_j' q_l, shape (s,)."""
+        rates = (velocity[:, :, None] * q[:, None, :]).reshape(len(q), -1)
+        return np.asarray(np.sum((rates @ self.D.reshape(rates.shape[1], -1)) * rates, axis=1) / 2)
+
+    def _spread(self, block: Array, modes: int) -> Array:
+        """A matrix of the masters as one of all coordinates."""
+        whole = np.zeros((modes, modes))
+        whole[np.ix_(self.masters, self.masters)] = block
+        return whole
+
+
+def assert_enough_samples(motion: SampledMotion) -> None:
+    """Refuse a series in which cubic forces are not exact.
+
+    Raises:
+        ModelError: if there are not more than 4 N samples.
+    """
+    series = motion.series
+    if series.samples <= 4 * series.harmonics:
+        raise ModelError(
+            f"samples = {series.samples} with harmonics = {series.harmonics}: must be above 4 "
+            "harmonics with second-order kinematics, whose forces have three times as many"
+        )

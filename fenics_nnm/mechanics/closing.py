@@ -58,10 +58,10 @@ class Closing(Protocol):
         """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""
 
     def shapes_at(self, Phi: Array, q: Array) -> Array:
-        """Phi + Theta q at coordinates of shape (J,), shape (n_c, J)."""
+        """Phi + Theta q at coordinates of shape (.., J), shape (.., n_c, J)."""
 
     def stiffened(self, linear: Array, force: Array) -> Array:
-        """A stiffness of shape (J, J), and lambda . Theta of forces of shape (n_c,)."""
+        """Stiffnesses of shape (.., J, J), and lambda . Theta of forces of shape (.., n_c)."""
 
 
 class LinearClosing:
@@ -91,7 +91,7 @@ class LinearClosing:
 
     def shapes_at(self, Phi: Array, q: Array) -> Array:
         """Phi."""
-        return Phi
+        return np.broadcast_to(Phi, (*q.shape[:-1], *Phi.shape))
 
     def stiffened(self, linear: Array, force: Array) -> Array:
         """The stiffness."""
@@ -150,15 +150,15 @@ class QuadraticClosing:
         return float(series.weight @ np.sum(force * self._by_pairs(moved, moved), axis=1)) / 2
 
     def shapes_at(self, Phi: Array, q: Array) -> Array:
-        """Phi + Theta q at coordinates of shape (J,), shape (n_c, J)."""
-        shapes = Phi.copy()
-        shapes[:, self.masters] += self.Theta @ q[self.masters]
+        """Phi + Theta q at coordinates of shape (.., J), shape (.., n_c, J)."""
+        shapes = np.tile(Phi, (*q.shape[:-1], 1, 1))
+        shapes[..., self.masters] += np.tensordot(q[..., self.masters], self.Theta, (-1, 1))
         return shapes
 
     def stiffened(self, linear: Array, force: Array) -> Array:
-        """A stiffness of shape (J, J), and lambda . Theta of forces of shape (n_c,)."""
+        """Stiffnesses of shape (.., J, J), and lambda . Theta of forces of shape (.., n_c)."""
         whole = linear.copy()
-        whole[np.ix_(self.masters, self.masters)] += np.tensordot(force, self.Theta, 1)
+        whole[..., self.masters[:, None], self.masters] += np.tensordot(force, self.Theta, 1)
         return whole
 
     def _by_pairs(self, one: Array, other: Array) -> Array:

@@ -67,10 +67,10 @@ class Force(Protocol):
         """Mean over the period of the energy that it stores."""
 
     def at(self, q: Array, velocity: Array) -> Array:
-        """The force at a state without acceleration, shape (J,)."""
+        """The force at states without acceleration, shape (.., J)."""
 
     def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
-        """Its derivatives by coordinates and velocities at a state, each of shape (J, J)."""
+        """Its derivatives by coordinates and velocities at states, each of shape (.., J, J)."""
 
     def energy_at(self, q: Array, velocity: Array) -> float:
         """The energy that it stores at a state."""
@@ -138,13 +138,13 @@ class CubicSprings:
         return self.mean_virial(motion) / 4
 
     def at(self, q: Array, velocity: Array) -> Array:
-        """The force at a state, shape (J,)."""
-        return np.asarray((self.cubic * (self.shapes @ q) ** 3) @ self.shapes)
+        """The force at states, shape (.., J)."""
+        return np.asarray((self.cubic * (q @ self.shapes.T) ** 3) @ self.shapes)
 
     def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
-        """Its derivatives by coordinates and velocities at a state."""
-        stiffness = 3 * self.cubic * (self.shapes @ q) ** 2
-        by_q = (self.shapes.T * stiffness) @ self.shapes
+        """Its derivatives by coordinates and velocities at states."""
+        stiffness = 3 * self.cubic * (q @ self.shapes.T) ** 2
+        by_q = (self.shapes.T * stiffness[..., None, :]) @ self.shapes
         return by_q, np.zeros_like(by_q)
 
     def energy_at(self, q: Array, velocity: Array) -> float:

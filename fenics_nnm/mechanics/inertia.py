@@ -14,7 +14,7 @@ class Inertia(Protocol):
     """M(q) of the coordinates."""
 
     def accelerated(self, q: Array, pull: Array) -> Array:
-        """M(q)^-1 times forces, or columns of them, shape (J, ..)."""
+        """M(q)^-1 times columns of forces, shape (.., J, c), at states of shape (.., J)."""
 
     def momentum(self, q: Array, velocity: Array) -> Array:
         """P = M(q) q', shape (J,)."""
@@ -71,9 +71,9 @@ class QuadraticInertia:
     D: Array
 
     def accelerated(self, q: Array, pull: Array) -> Array:
-        """M(q)^-1 times forces, or columns of them, shape (J, ..)."""
-        found = pull.copy()
-        found[self.masters] = np.linalg.solve(self._mass(q), pull[self.masters])
+        """M(q)^-1 times columns of forces, shape (.., J, c), at states of shape (.., J)."""
+        found, own = pull.copy(), self.masters
+        found[..., own, :] = np.linalg.solve(self._mass(q), pull[..., own, :])
         return found
 
     def momentum(self, q: Array, velocity: Array) -> Array:
@@ -104,9 +104,10 @@ class QuadraticInertia:
         return found
 
     def _mass(self, q: Array) -> Array:
-        """Rows and columns of M(q) of the masters, shape (k, k)."""
-        own = q[self.masters]
-        return np.asarray(np.eye(len(own)) + np.einsum("ikjl,k,l->ij", self.D, own, own))
+        """Rows and columns of M(q) of the masters, shape (.., k, k)."""
+        own = q[..., self.masters]
+        added = np.einsum("ikjl,...k,...l->...ij", self.D, own, own)
+        return np.asarray(np.eye(len(self.masters)) + added)
 
     def _momentum_by_q(self, q: Array, velocity: Array) -> Array:
         """D (M q')_i / d q_n = D_injl q_l q_j' + D_ikjn q_k q_j', shape (k, k)."""

@@ -60,12 +60,14 @@ class PolynomialStiffness:
         return float(motion.series.weight @ self._potentials(motion.displacement))
 
     def at(self, q: Array, velocity: Array) -> Array:
-        """The force at a state, shape (J,)."""
-        return np.asarray(self._values(q[None])[0])
+        """The force at states, shape (.., J)."""
+        return self._values(q.reshape(-1, q.shape[-1])).reshape(q.shape)
 
     def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
-        """Its derivatives by coordinates and velocities at a state."""
-        return self._slopes(q[None])[0], np.zeros((len(q), len(q)))
+        """Its derivatives by coordinates and velocities at states."""
+        shape = (*q.shape, q.shape[-1])
+        by_q = self._slopes(q.reshape(-1, q.shape[-1])).reshape(shape)
+        return by_q, np.zeros(shape)
 
     def energy_at(self, q: Array, velocity: Array) -> float:
         """Its potential at coordinates of shape (J,)."""
@@ -160,18 +162,24 @@ class InertialForce:
         return float(motion.series.weight @ self._energies(q, velocity))
 
     def at(self, q: Array, velocity: Array) -> Array:
-        """The force at a state, without the part of the acceleration, shape (J,)."""
-        own = q[None, self.masters], velocity[None, self.masters]
+        """The force at states, without the part of the acceleration, shape (.., J)."""
+        k = len(self.masters)
+        own, rate = (each[..., self.masters].reshape(-1, k) for each in (q, velocity))
         force = np.zeros_like(q)
-        force[self.masters] = self._values((*own, np.zeros_like(own[0])))[0]
+        found = self._values((own, rate, np.zeros_like(own)))
+        force[..., self.masters] = found.reshape(*q.shape[:-1], k)
         return force
 
     def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
         """Derivatives of the whole force by coordinates and velocities."""
-        own = self.masters
-        states = q[None, own], velocity[None, own], acceleration[None, own]
-        by_q, by_velocity, _ = self._slopes(states)
-        return self._spread(by_q[0], len(q)), self._spread(by_velocity[0], len(q))
+        k, modes, own = len(self.masters), q.shape[-1], self.masters
+        states = [each[..., own].reshape(-1, k) for each in (q, velocity, acceleration)]
+        found = []
+        for block in self._slopes((states[0], states[1], states[2]))[:2]:
+            whole = np.zeros((*q.shape, modes))
+            whole[..., own[:, None], own] = block.reshape(*q.shape[:-1], k, k)
+            found.append(whole)
+        return found[0], found[1]
 
     def energy_at(self, q: Array, velocity: Array) -> float:
         """Kinetic energy of the second-order displacement."""
@@ -205,12 +213,6 @@ class InertialForce:
         """1/2 D_ikjl q_i' q_k q_j' q_l, shape (s,)."""
         rates = (velocity[:, :, None] * q[:, None, :]).reshape(len(q), -1)
         return np.asarray(np.sum((rates @ self.D.reshape(rates.shape[1], -1)) * rates, axis=1) / 2)
-
-    def _spread(self, block: Array, modes: int) -> Array:
-        """A matrix of the masters as one of all coordinates."""
-        whole = np.zeros((modes, modes))
-        whole[np.ix_(self.masters, self.masters)] = block
-        return whole
 
 
 def assert_enough_samples(motion: SampledMotion) -> None:

@@ -22,6 +22,7 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.contact_law import Complementarity, ContactForces
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.time_domain.collocated import Collocated
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.integrator import Integrator, Trajectory
 
@@ -81,7 +82,7 @@ class Stepped:
         """Acceleration of a state, shape (J,)."""
         pull = self._conservative(q) + self.mechanics.linear.rate @ velocity
         pull = pull + sum(f.at(q, velocity) for f in self.mechanics.forces)
-        return self.model.kinematics.inertia.accelerated(q, -pull)
+        return self.model.kinematics.inertia.accelerated(q, -pull[:, None])[:, 0]
 
     def energy_gradient(self, q: Array, velocity: Array) -> Array:
         """Derivative of the energy: omega^2 q + Psi^T lambda(q) + f(q) by q, then p, (2 J,)."""
@@ -224,4 +225,7 @@ def integrator_of(mechanics: Mechanics) -> Integrator | None:
     """
     if not mechanics.model.massless:
         return None
-    return Stepped(mechanics) if mechanics.forces else Flow(mechanics.model)
+    if not mechanics.forces:
+        return Flow(mechanics.model)
+    by_kinematics_alone = len(mechanics.forces) == len(mechanics.model.kinematics.forces)
+    return Collocated(mechanics) if by_kinematics_alone else Stepped(mechanics)

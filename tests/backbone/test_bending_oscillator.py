@@ -1,0 +1,89 @@
+"""One mass that bends far, with a stop, against its exact period: a quadrature.
+
+(1 + D q^2) q'' + D q q'^2 + w^2 q + alpha q^2 + beta q^3 + (phi + theta q) (p - g)_+ / R = 0,
+p = phi q + theta q^2 / 2, has T = 2 int sqrt((1 + D q^2) / (2 (E - V(q)))) dq.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from fenics_nnm.backbone.follow import (
+    ArcContinuation,
+    EnergyContinuation,
+    FrequencyContinuation,
+    follow,
+)
+from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.outlook import outlook
+from fenics_nnm.backbone.point import VERIFIED, BranchPoint
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.second_order import SecondOrder
+
+OMEGA, PHI, THETA, ALPHA, BETA, D, R, GAP = 2.0, 1.5, -0.8, -0.3, 0.9, 0.7, 0.05, 0.5
+RECORD = SecondOrder([0], [[[THETA]]], [[[ALPHA]]], [[[[BETA]]]], [[[[D]]]])
+MODEL = ReducedModel([OMEGA], [[PHI]], [[R]], [GAP], kinematics=RECORD)
+BALANCE = HarmonicBalance(20, 256)
+
+
+def potential(q: float) -> float:
+    over = max(PHI * q + THETA * q**2 / 2 - GAP, 0.0)
+    return (OMEGA * q) ** 2 / 2 + ALPHA * q**3 / 3 + BETA * q**4 / 4 + over**2 / (2 * R)
+
+
+def frequency(energy: float) -> float:
+    """Frequency in Hz from the quadrature, split where contact begins."""
+    left, right = (brentq(lambda q: potential(q) - energy, *b) for b in ((-5.0, 0.0), (0.0, 5.0)))
+    kink = (-PHI + np.sqrt(PHI**2 + 2 * THETA * GAP)) / THETA
+    inner = [q for q in (0.0, kink) if left < q < right]
+    half = 0.0
+    for start, end in zip([left, *inner], [*inner, right], strict=True):
+        middle = (start + end) / 2
+        half += _part(energy, start, middle) + _part(energy, end, middle)
+    return 1 / (2 * half)
+
+
+def _part(energy: float, turn: float, to: float) -> float:
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    s = (nodes + 1) / 2
+    q = turn + (to - turn) * s**2  # no singular end
+    left = energy - np.array([potential(each) for each in q])
+    return float(weights @ (s * abs(to - turn) * np.sqrt((1 + D * q**2) / (2 * left))))
+
+
+def assert_exact(point: BranchPoint, rel: float = 2e-5) -> None:
+    exact = frequency(point.motion.energy)
+    assert point.motion.frequency == pytest.approx(exact, rel=rel)
+    assert point.balance.virial_error < 1e-9
+    assert point.verdict is not None and point.verdict.status == VERIFIED, point.verdict
+    assert point.orbit is not None
+    assert point.orbit.frequency == pytest.approx(exact, rel=1e-8)
+    assert point.stability is not None and point.stability.kind == "stable"
+
+
+def test_branch_over_energy_is_exact_below_and_above_contact() -> None:
+    ratios = (0.1, 0.9, 1.2, 3.0)
+    wanted = EnergyContinuation(0.1, 3.0, 5.0, report_at=ratios)
+    found = follow(MODEL, wanted, BALANCE, mode=0, shooting=True)
+    assert found.complete, found.reason
+    touched = [point.motion.contact_fraction > 0 for point in found.points]
+    assert touched == [False, False, True, True]
+    for point in found.points:
+        assert_exact(point)
+    # without contact it softens: what second order adds, not the stop
+    assert found.points[1].frequency_ratio < found.points[0].frequency_ratio < 1
+    ahead = outlook(MODEL, wanted, BALANCE, mode=0)
+    assert ahead.frequency_ratio[0] == pytest.approx(found.points[1].frequency_ratio, rel=0.01)
+
+
+def test_branches_over_frequency_and_by_arc_length_pass_the_same_motions() -> None:
+    by_frequency = follow(
+        MODEL, FrequencyContinuation(1.05, 1.1, 0.05), BALANCE, mode=0, shooting=True
+    )
+    assert by_frequency.complete, by_frequency.reason
+    by_length = follow(MODEL, ArcContinuation(1.1, 1.6, 0.4), BALANCE, mode=0, shooting=True)
+    assert len(by_length.points) > 1, by_length.reason
+    for point in (*by_frequency.points, *by_length.points):
+        assert_exact(point, rel=5e-5)

@@ -1,0 +1,143 @@
+"""Motion in time with second-order kinematics, against Runge-Kutta steps, and its derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bent_body import BentBody
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.mechanics import Mechanics
+from fenics_nnm.time_domain.collocated import Collocated
+from fenics_nnm.time_domain.exponential_rule import Weights, gauss_nodes
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.margins import Margins
+from fenics_nnm.time_domain.shooting import OrbitGuess, shoot
+from fenics_nnm.time_domain.smooth_stage import SmoothStage
+from fenics_nnm.time_domain.stability import stability
+from fenics_nnm.time_domain.stepped import Stepped, integrator_of
+
+BODY = BentBody.random(6, 2, seed=3)
+MODEL = replace(BODY.model(4, np.array([0, 2])), gap=np.array([0.1, 0.12]))
+Q, V = np.array([0.2, 0.05, -0.1, 0.02]), np.array([0.1, 0.05, 0.1, -0.1])
+SPAN = 9.0
+
+
+def test_same_motion_as_runge_kutta_steps_at_their_error() -> None:
+    flow, stepped = Collocated(Mechanics.of(MODEL)), Stepped(Mechanics.of(MODEL), tolerance=1e-9)
+    times = np.linspace(0.0, SPAN, 5)
+    found = flow.run(Q, V, SPAN, times=times, speeds=True)
+    other = stepped.run(Q, V, SPAN, times=times, speeds=True)
+    assert not found.failure and found.changes > 4 and found.changes == other.changes
+    np.testing.assert_allclose(found.q_at, other.q_at, atol=1e-7)
+    np.testing.assert_allclose(found.velocity_at, other.velocity_at, atol=1e-6)
+    assert found.speed_integral == pytest.approx(other.speed_integral, rel=1e-7)
+    assert found.contact_time == pytest.approx(other.contact_time, rel=0.1)
+    assert flow.energy(found.q, found.velocity) == pytest.approx(flow.energy(Q, V), rel=1e-12)
+    for name in ("acceleration", "energy_gradient"):
+        one, two = (getattr(each, name)(Q, V) for each in (flow, stepped))
+        np.testing.assert_allclose(one, two, atol=1e-12)
+
+
+def test_error_is_far_below_what_a_verdict_asks_for() -> None:
+    """More nodes and a smaller tolerance, half the step, change the end by 1e-12 of the motion."""
+    coarse = Collocated(Mechanics.of(MODEL)).run(Q, V, SPAN)
+    fine = Collocated(Mechanics.of(MODEL), nodes=24, tolerance=1e-12).run(Q, V, SPAN)
+    np.testing.assert_allclose(coarse.q, fine.q, atol=2e-13)
+    np.testing.assert_allclose(coarse.velocity, fine.velocity, atol=2e-12)
+
+
+def test_derivative_along_changes_of_the_start_against_differences() -> None:
+    flow, step = Collocated(Mechanics.of(MODEL)), 1e-5
+    state = np.concatenate([Q, V])
+    found = flow.run(Q, V, 4.0, along=np.eye(8)).transition
+    assert found is not None
+    for column, d in enumerate(step * np.eye(8)):
+        ends = [flow.run(*np.split(state + sign * d, 2), 4.0) for sign in (1, -1)]
+        slope = np.concatenate([ends[0].q - ends[1].q, ends[0].velocity - ends[1].velocity])
+        np.testing.assert_allclose(found[:, column], slope / (2 * step), atol=2e-6)
+
+
+def test_derivatives_of_the_energy_and_of_the_stage_against_differences() -> None:
+    flow, step, touched = Collocated(Mechanics.of(MODEL)), 1e-6, False
+    for q in (Q, 3 * np.abs(Q), -3 * np.abs(Q)):
+        stage = flow.stage_at(q)
+        _compare(flow, stage, q, step)
+        touched |= stage.active.any()
+    assert touched
+
+
+def _compare(flow: Collocated, stage: SmoothStage, q: Array, step: float) -> None:
+    gradient = flow.energy_gradient(q, V)
+    by_q, by_velocity = stage.tangents(q[None], V[None])
+    for j, d in enumerate(step * np.eye(4)):
+        assert gradient[j] == pytest.approx(
+            (flow.energy(q + d, V) - flow.energy(q - d, V)) / (2 * step), abs=1e-7
+        )
+        assert gradient[4 + j] == pytest.approx(
+            (flow.energy(q, V + d) - flow.energy(q, V - d)) / (2 * step), abs=1e-7
+        )
+        moved = np.array([q + d, q - d, q, q]), np.array([V, V, V + d, V - d])
+        one, two, three, four = stage.remainder(*moved)
+        np.testing.assert_allclose(by_q[0, :, j], (one - two) / (2 * step), atol=1e-6)
+        np.testing.assert_allclose(by_velocity[0, :, j], (three - four) / (2 * step), atol=1e-6)
+
+
+def test_flow_is_symplectic_in_coordinates_and_momenta() -> None:
+    """Without momenta, by velocities alone, the error would be of the order of D q^2."""
+    flow = integrator_of(Mechanics.of(MODEL))
+    assert isinstance(flow, Collocated)
+    q, v = np.array([0.03, 0.0, 0.0, 0.0]), np.zeros(4)
+    guess = OrbitGuess(q, v, 2 * np.pi / MODEL.omega[0], flow.energy(q, v), False, True)
+    shot = shoot(flow, guess)
+    assert shot.converged, shot.failure
+    assert shot.return_error < 1e-11
+    found = stability(flow, shot, reversible=True)
+    assert found.symplectic_error < 1e-12 and found.trivial_error < 1e-10
+    np.testing.assert_allclose(np.abs(found.multipliers), 1.0, atol=1e-8)
+    general = stability(flow, shot)
+    assert general.symplectic_error < 1e-12
+    both = (np.sort_complex(each.multipliers) for each in (found, general))
+    np.testing.assert_allclose(*both, atol=1e-7)
+
+
+def test_without_second_order_it_is_the_exact_flow() -> None:
+    model = MODEL.linearised
+    found = Collocated(Mechanics.of(model)).run(Q, V, SPAN, along=np.eye(8))
+    exact = Flow(model).run(Q, V, SPAN, along=np.eye(8))
+    assert exact.changes == found.changes > 4
+    np.testing.assert_allclose(found.q, exact.q, atol=1e-13)
+    np.testing.assert_allclose(found.transition, exact.transition, atol=1e-8)
+
+
+def test_oscillator_under_a_polynomial_force_is_exact_however_fast_it_is() -> None:
+    nu, step = np.array([0.3, 400.0]), 0.5
+    nodes = gauss_nodes(5)
+    force = 1 + nodes.at**3
+    weights = Weights.of(nodes, nu, step, np.array([step]))
+    nothing = np.zeros((2, 1))
+    x, rate = weights.motion(nothing, nothing, np.tile(force[None, :, None], (2, 1, 1)))
+    # x'' + nu^2 x = 1 + (t/h)^3 has the particular solution (1 + s^3 - 6 s / (nu h)^2) / nu^2
+    bend = 6 / (nu * step) ** 2
+    exact = (2 - bend) / nu**2 - np.cos(nu * step) / nu**2 + bend * np.sin(nu * step) / nu**3 / step
+    np.testing.assert_allclose(x[:, 0, 0], exact, rtol=1e-11)
+    slope = (
+        (3 - bend) / step / nu**2
+        + np.sin(nu * step) / nu
+        + bend * np.cos(nu * step) / (nu**2 * step)
+    )
+    np.testing.assert_allclose(rate[:, 0, 0], slope, rtol=1e-11)
+
+
+def test_first_change_is_found_also_between_the_times_looked_at() -> None:
+    times = np.linspace(0.0, 1.0, 6)
+
+    def exact(point: int, time: float) -> tuple[float, float]:
+        return (time - 0.5) ** 2 - 1e-4, 2 * (time - 0.5)
+
+    values = np.array([exact(0, float(time)) for time in times])
+    margins = Margins(times, values[:, :1], values[:, 1:], np.array([-1e-15]))
+    assert margins.first_negative(exact) == pytest.approx(0.49, abs=1e-12)
+    assert values[:, 0].min() > 0

@@ -137,7 +137,9 @@ class SecondOrder:
         """This, made with theta that share something with modes besides the masters.
 
         The displacement is the same with q_a + 1/2 P_ajk q_j q_k in place of q_a and theta without
-        these parts, P_ajk = phi_a . M theta_jk.
+        these parts, P_ajk = phi_a . M theta_jk. It is taken that alpha_ajk = 1/2 phi_a .
+        f''[phi_j, phi_k] and beta_ijkl = 1/6 phi_i . f'''[phi_j, phi_k, phi_l] + 1/2 phi_i .
+        f''[phi_j, theta_kl], symmetrised: what these terms are of theta without the parts follows.
 
         Args:
             model: Modes and contact points.
@@ -154,13 +156,10 @@ class SecondOrder:
                 "M-orthogonal to them"
             )
         P[self.masters] = 0.0
-        square = (model.omega**2)[:, None, None]
-        quartic = np.einsum("ajk,alm->jklm", P, square * P / 2 - 2 * self.alpha)
         return replace(
             self,
             Theta=self.Theta - np.einsum("ca,ajk->cjk", model.Phi, P),
-            alpha=self.alpha - square * P / 2,
-            beta=self.beta + symmetrised(quartic),
+            beta=self.beta - symmetrised(np.einsum("ajk,alm->jklm", self.alpha, P)),
             D=self.D - np.einsum("ajk,alm->jklm", P, P),
         )
 

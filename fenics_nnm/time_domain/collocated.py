@@ -26,8 +26,9 @@ from fenics_nnm.time_domain.smooth_step import Rule, SmoothStep
 #: As in `flow`: points in contact are those a moment later, this over the highest frequency.
 _MOMENT = 1e-9
 
-#: A step turns the fastest mode by no more than this, so that no change of contact is missed.
-_LONGEST_TURN = 40.0
+#: A step turns the fastest mode by no more than this, so that no change of contact is missed; and
+#: by less where derivatives are carried along, which fast modes take part in.
+_LONGEST_TURN, _TURN_ALONG = 40.0, 12.0
 
 #: First step as a part of the period of the lowest mode; steps are that over powers of two.
 _FIRST = 1 / 8
@@ -232,7 +233,8 @@ class _Walk:
         self, stage: SmoothStage, left: float, before: SmoothStep | None, passed: float
     ) -> SmoothStep | None:
         """The next step, as long as the remainder allows; None where none is short enough."""
-        longest = _LONGEST_TURN / float(stage.linear.nu[-1])
+        turn = _LONGEST_TURN if self._transition is None else _TURN_ALONG
+        longest = turn / float(stage.linear.nu[-1])
         shortest = _SHORTEST * self._step
         while self._step > longest:
             self._step /= 2

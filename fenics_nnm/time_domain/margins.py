@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Mask
 
 Exact = Callable[[int, float], tuple[float, float]]
 """From a contact point and a time to its margin and the rate of that."""
@@ -50,7 +50,7 @@ class Margins:
                 return min(times)
         return float(self.times[-1])
 
-    def _dips(self) -> Array:
+    def _dips(self) -> Mask:
         """Where a margin falls, rises, and may be negative in between, shape (d - 1, n_c)."""
         before, after = self.margins[:-1], self.margins[1:]
         turns = (self.rates[:-1] < 0) & (self.rates[1:] > 0)

@@ -160,7 +160,7 @@ class SmoothStep:
         tangents = self.stage.tangents(*self._states(rule.at_nodes))
         by_q, by_velocity = (V.T @ each @ V for each in tangents)
         dx, rate = (V.T @ each for each in np.split(changes, 2))
-        remainder = np.zeros((len(V), len(rule.nodes.at), changes.shape[1]))
+        remainder: Array = np.zeros((len(V), len(rule.nodes.at), changes.shape[1]))
         for _ in range(_ITERATIONS):
             moved = rule.at_nodes.motion(dx, rate, remainder)
             at_q, at_velocity = (each.swapaxes(0, 1) for each in moved)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.study.record import LARGEST, FromList, Names, Positive, Record, Vector
+from fenics_nnm.study.record import LARGEST, FromList, Names, Place, Positive, Record
 
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
 
@@ -24,7 +24,7 @@ class RigidSection(Record):
     """Facets that follow a point as a rigid body, with a mass there or a clamp of the point."""
 
     facets: Names = Field(description="name of a group of facets, or a list of names")
-    at: Vector = Field(description="coordinates of the point in m, anywhere")
+    at: Place = Field(description="coordinates of the point in m, anywhere")
     mass: Positive | None = Field(None, description="mass at the point in kg")
     inertia: Moments | None = Field(
         None,

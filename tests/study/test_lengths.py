@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args
 
 import pytest
 from conftest import BEAM, PLATE, ROD, changed
+from pydantic import BaseModel
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry import Rod
 from fenics_nnm.geometry.lengths import METRES, LengthUnit, converted
+from fenics_nnm.geometry.parameters import GeometryRecord
 from fenics_nnm.results.resume import difference
 from fenics_nnm.study import Study, study_from
+from fenics_nnm.study.record import Record
 from fenics_nnm.study.settings import Setting, settings_from
 from fenics_nnm.study.toml_text import toml_text
 from fenics_nnm.study.units import in_its_unit
@@ -35,6 +40,7 @@ EVERYWHERE: dict[str, Any] = changed(
             },
         },
         "mass": {"at": [1.0, 0.0, 0.0], "mass": 2.0},
+        "rigid": {"facets": "top", "at": [0.5, 0.0, 0.2], "mass": 3.0},
         "spring": {"at": [1.0, 0.0, 0.0], "stiffness": [1.0, 1.0, 1.0]},
         "excitation": {"at": [1.0, 0.0, 0.0], "force": [1.0, 0.0, 0.0]},
         "contact": {
@@ -81,7 +87,7 @@ def rewritten(value: Any, write: Any) -> Any:
 
 
 def everywhere(write: Any, **more: Any) -> Study:
-    sections = ("groups", "mass", "spring", "excitation", "contact", "mesh")
+    sections = ("groups", "mass", "rigid", "spring", "excitation", "contact", "mesh")
     values = {name: rewritten(EVERYWHERE[name], write) for name in sections}
     return study_from({**EVERYWHERE, **values, **more}, Path("study.toml"))
 
@@ -100,6 +106,7 @@ def test_numbers_are_in_the_unit_of_the_study() -> None:
     assert found.contact == IN_M.contact
     assert found.groups == IN_M.groups
     assert (found.mass, found.spring, found.excitation) == (IN_M.mass, IN_M.spring, IN_M.excitation)
+    assert found.rigid == IN_M.rigid
     assert found.mesh.length_unit == "mm"  # of [mesh] too, which has no unit of its own
     assert found.mesh.length == 1000.0
     assert found.body == IN_M.body
@@ -235,3 +242,22 @@ def test_settings_are_shown_in_the_unit_of_their_key(key: str, given: Any, shown
     found = in_its_unit(study_from(values, Path("study.toml")), Setting(key, given))
     assert found == shown
     assert type(found) is type(shown)
+
+
+def records(kind: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    for below in kind.__subclasses__():
+        yield from (below, *records(below))
+
+
+def test_no_key_in_m_is_without_units() -> None:
+    """Each key that is described as a length takes one with a unit."""
+    keys = {
+        f"{record.__name__}.{name}": "_in_" in f"{field.annotation} {field.metadata}"
+        for kind in (Record, GeometryRecord)
+        for record in records(kind)
+        for name, field in record.model_fields.items()
+        if re.search(r"\bin (m|length_unit)\b(?!\^)", field.description or "")
+        and field.annotation is not bool
+    }
+    assert len(keys) > 50
+    assert [key for key, takes in keys.items() if not takes] == []

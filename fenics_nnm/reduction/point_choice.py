@@ -73,7 +73,7 @@ def spread(
     """Indices of `count` points that lie far from each other, ascending.
 
     Starts with the point farthest from the centre and adds the one farthest from all chosen; of
-    points as far as each other the one with the smallest coordinates.
+    points as far as each other the one with the smallest last coordinate, then the one before.
 
     Args:
         points: Coordinates, shape (n, dim).
@@ -102,10 +102,10 @@ def _farthest(distance: Array, tie: float, order: Indices) -> int:
 
 
 def _order(points: Array) -> Indices:
-    """Points in the order of their first coordinates, where these are the same of the second."""
+    """Points in the order of their last coordinate, where it is the same of the one before."""
     low, size = points.min(axis=0), float(np.ptp(points, axis=0).max()) or 1.0
     rounded = np.round((points - low) / (_SAME_COORDINATE * size))
-    return np.lexsort(rounded.T[::-1])
+    return np.lexsort(rounded.T)
 
 
 def _nearest(points: Array, approach: Approach, chosen: Indices) -> list[int]:
@@ -135,7 +135,7 @@ def _kinds(approach: Approach) -> Iterator[Array]:
 
 
 def _first_place(points: Array, distance: Array, among: Indices) -> int:
-    """The nearest of some places; of those alike, the one with the smallest coordinates."""
+    """The nearest of some places; of those alike, the first one in the order of coordinates."""
     nearest = float(distance[among].min())
     alike = among[distance[among] <= nearest + _ALIKE * abs(nearest)]
     return int(alike[_order(points[alike])[0]])

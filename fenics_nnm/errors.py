@@ -27,6 +27,7 @@ class Code(StrEnum):
     LENGTH_UNIT = "length unit"
     MASS_AT_CONTACT = "mass at contact points"
     MEMORY = "memory"
+    MEMORY_OF_FACTORS = "memory of factors"
     MEMORY_LIMIT = "memory limit"
     MESHING = "meshing"
     MESH_FILE = "mesh file"

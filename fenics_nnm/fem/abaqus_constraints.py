@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.abaqus_cards import Card
+from fenics_nnm.fem.abaqus_carriers import CARRIERS
 from fenics_nnm.fem.abaqus_joints import JOINTS, KINDS_OF_COUPLING, Joint, joint_of
 from fenics_nnm.fem.cell_shapes import FacetTable, facet_table
 from fenics_nnm.fem.foreign_mesh import ForeignMesh, body_cells
@@ -57,7 +58,7 @@ class Constraints:
         elif card.keyword in KINDS_OF_COUPLING:
             self.joints.append((joint_of(card, self.coupling), part))
             self.coupling = None
-        elif card.keyword in JOINTS:
+        elif card.keyword in (*JOINTS, *CARRIERS):
             self.assert_whole()
             self.joints.append((Joint(card, card), part))
         else:

@@ -16,9 +16,11 @@ from scipy.spatial.transform import Rotation
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.abaqus_cards import Card, cards, real_number, whole_number
+from fenics_nnm.fem.abaqus_carriers import CARRIERS, Carriers
 from fenics_nnm.fem.abaqus_constraints import Constraints, tied
-from fenics_nnm.fem.abaqus_joints import Joiner, Owner, nowhere
+from fenics_nnm.fem.abaqus_joints import Joiner
 from fenics_nnm.fem.abaqus_keywords import is_stated, left_out
+from fenics_nnm.fem.abaqus_named import Named, Owner, nowhere
 from fenics_nnm.fem.abaqus_sets import Label, Model, name_set
 from fenics_nnm.fem.cell_shapes import facet_table
 from fenics_nnm.fem.constraint_builder import ConstraintBuilder
@@ -121,14 +123,17 @@ def _joined(foreign: ForeignMesh, model: Model, file: _File) -> ForeignMesh:
         _names_of_nodes(model),
         nowhere,
     )
-    joiner = Joiner(model, builder, facet_table(body_cells(foreign)))
+    named = Named(model, builder, facet_table(body_cells(foreign)))
+    joiner, carriers = Joiner(named), Carriers(named)
     for joint, part in joints:
         for owner in _owners(file, part):
-            joiner.take(joint, owner)
+            if joint.card.keyword in CARRIERS:
+                carriers.take(joint.card, owner)
+            else:
+                joiner.take(joint, owner)
     joiner.assert_spread()
-    return replace(
-        foreign, constraints=builder.found, notes=(*foreign.notes, *dict.fromkeys(joiner.notes))
-    )
+    notes = dict.fromkeys([*joiner.notes, *carriers.notes])
+    return replace(foreign, constraints=builder.found, notes=(*foreign.notes, *notes))
 
 
 def _owners(file: _File, part: str) -> list[Owner]:

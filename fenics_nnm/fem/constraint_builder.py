@@ -10,9 +10,19 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Mask
 from fenics_nnm.errors import MeshError
-from fenics_nnm.fem.constraints import Coupling, Equation, LinearConstraints, Reference, Six
+from fenics_nnm.fem.constraints import (
+    NOTHING,
+    Coupling,
+    Equation,
+    LinearConstraints,
+    Reference,
+    Six,
+)
 
 Label = TypeVar("Label")
+
+#: Part of the largest below which a negative mass or stiffness is round-off.
+_ROUND_OFF = 1e-12
 
 #: Axes of displacement, and all axes.
 SHIFTS, ALL = (0, 1, 2), (0, 1, 2, 3, 4, 5)
@@ -127,6 +137,8 @@ class ConstraintBuilder(Generic[Label]):
         found = tuple((self._term(label, key), axis, value) for label, axis, value in terms)
         if not any(value for _, _, value in found):
             raise MeshError(f"{key} cannot be followed: all its coefficients are zero")
+        if not np.isfinite([value for _, _, value in found]).all():
+            raise MeshError(f"{key} cannot be followed: its coefficients must be finite numbers")
         self._equations.append(Equation(key, found))
 
     def pin(self, key: str, first: Label, second: Label) -> None:
@@ -153,7 +165,13 @@ class ConstraintBuilder(Generic[Label]):
     def carry(
         self, key: str, label: Label, *, mass: Six | None = None, stiffness: Six | None = None
     ) -> None:
-        """Mass, or springs to the ground, at a node."""
+        """Mass, or springs to the ground, at a node.
+
+        Raises:
+            MeshError: if one is negative or no number.
+        """
+        for six in (mass, stiffness):
+            _assert_positive(key, six or NOTHING)
         place = self.reference(label, key)
         found = self._references[place]
         if mass is not None:
@@ -164,3 +182,13 @@ class ConstraintBuilder(Generic[Label]):
 
     def _term(self, label: Label, key: str) -> int:
         return self.rows[label] if self.in_body(label) else -1 - self.reference(label, key)
+
+
+def _assert_positive(key: str, six: Six) -> None:
+    """Refuse what a body cannot have: mass, inertia or stiffness below zero."""
+    matrix = np.array(six)
+    if not np.isfinite(matrix).all():
+        raise MeshError(f"{key}: must be finite numbers")
+    strengths = np.linalg.eigvalsh(matrix)
+    if strengths[0] < -_ROUND_OFF * np.abs(strengths).max():
+        raise MeshError(f"{key}: must not be negative along any direction")

@@ -15,12 +15,16 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.errors import MeshError
 
 #: Coefficients below this part of the largest of their equation are zero.
 _ZERO = 1e-10
 
 #: A singular direction of the coordinates outside of the mesh, over the largest.
 _SINGULAR = 1e-9
+
+#: Most entries of a dense matrix of equations and coordinates outside that are joined.
+_MOST_ENTRIES = 50_000_000
 
 #: The preferred dependent is taken if its coefficient is at least this part of the largest.
 _PREFERRED = 0.1
@@ -60,7 +64,11 @@ class Elimination:
 
 
 def eliminated(equations: Equations) -> Elimination:
-    """Solve equations for as many columns as they determine."""
+    """Solve equations for as many columns as they determine.
+
+    Raises:
+        MeshError: if too many columns outside are joined.
+    """
     C = _scaled(equations.matrix)
     C_out = C[:, equations.inside :]
     touching = np.diff(C_out.indptr) > 0
@@ -92,7 +100,15 @@ def _solved_outside(C: csr_array, inside: int, rows: Indices, columns: Indices) 
     """Solve the equations of some columns outside for these.
 
     Rows and columns are chosen by QR with pivoting: those that determine them best.
+
+    Raises:
+        MeshError: if there are too many.
     """
+    if len(rows) * len(columns) > _MOST_ENTRIES:
+        raise MeshError(
+            f"constraints join {len(columns)} coordinates of reference points by {len(rows)} "
+            f"equations: must be fewer: their product at most {_MOST_ENTRIES}"
+        )
     whole = C[rows]
     own = whole[:, inside + columns].toarray()
     size = np.abs(own).max(axis=0)

@@ -48,6 +48,12 @@ def modal_solver(
                 f"{lacking}: must have more memory for factors, or the iterative solver",
                 code=Code.MEMORY,
             ) from error
+        if solid.system.keys:
+            raise OutOfMemoryError(
+                f"{lacking}, and constraints ({solid.system.keys[0]}) leave no iterative solver: "
+                "must have more memory for factors",
+                code=Code.MEMORY_OF_FACTORS,
+            ) from error
         if solid.body.degree < 2:
             raise ModelError(
                 f"{lacking}, and degree = {solid.body.degree} leaves no iterative solver",

@@ -185,7 +185,8 @@ def _joined(
             continue
         mass, stiffness = carried(card, bulk.properties, bulk.systems)
         builder.carry(f"{card.place}: {card.name}", grid, mass=mass, stiffness=stiffness)
-        rigid.notes.append(f"{card.name} {card.whole(0)} at GRID {grid}")
+        amount = f", {mass[0][0]:g} kg," if mass[0][0] else ""
+        rigid.notes.append(f"{card.name} {card.whole(0)}{amount} at GRID {grid}")
     counted = f"MPC: {len(chosen)} equations between displacements"
     notes = (*rigid.notes, *((counted,) if chosen else ()), *((note,) if note else ()))
     return replace(

@@ -17,6 +17,10 @@ from fenics_nnm.fem.nastran_systems import Systems
 NAMES = ("RBE2", "RBE3", "RBAR", "RBAR1", "RROD", "MPC", "MPCADD")
 
 
+#: Most GRIDs that a range may have.
+_WIDEST = 1_000_000
+
+
 class RigidElements:
     """Puts cards into constraints, one after the other."""
 
@@ -215,8 +219,11 @@ def _grids(card: BulkCard, fields: list[str]) -> list[int]:
             found.append(_whole(card, entry))
             continue
         last = _whole(card, next(entries, ""))
-        if not found or last < found[-1]:
-            raise MeshError(f"{card.place}: {card.name}: THRU must stand between two GRIDs")
+        if not found or not 0 <= last - found[-1] <= _WIDEST:
+            raise MeshError(
+                f"{card.place}: {card.name}: THRU must stand between two GRIDs whose numbers are "
+                f"at most {_WIDEST} apart"
+            )
         found += range(found[-1] + 1, last + 1)
     return found
 

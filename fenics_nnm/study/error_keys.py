@@ -44,6 +44,7 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
             'a larger solver.memory, or solver.linear = "iterative"',
         ),
     ),
+    Code.MEMORY_OF_FACTORS: (("more memory for factors", "a larger solver.memory"),),
     Code.MEMORY_LIMIT: (_MESH_FILE, ("the memory limit", "the limit mesh.memory")),
     Code.MESHING: (_MESH_FILE, ("the element size", "element_size")),
     Code.MESH_FILE: (_MESH_FILE,),

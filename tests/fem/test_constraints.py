@@ -25,6 +25,7 @@ from constrained_beams import (
 from scipy.sparse import csr_array
 
 from fenics_nnm.errors import MeshError, ModelError
+from fenics_nnm.fem.abaqus_mesh import read_abaqus
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.clamp import Clamp
 from fenics_nnm.fem.elimination import Equations, eliminated
@@ -237,7 +238,11 @@ REFUSED = [
     ("*MPC\nPLANE, 1, 2", r"\*MPC PLANE cannot be followed: must be one of BEAM, PIN"),
     ("*EQUATION\n2\n1, 4, 1., 2, 1, -1.", r"\*EQUATION cannot be followed: .* no direction 4"),
     ("*EQUATION\n1\n1, 1, 0.", "all its coefficients are zero"),
+    ("*EQUATION\n1000000000\n1, 1, 1.", r"\*EQUATION: 1000000000 terms"),
     ("*EQUATION\n2\n1, 1, 1., 777, 1, -1.", "there is no node 777"),
+    ("*EQUATION\n2\n1, 1, 1., 2, 1, inf", "its coefficients must be finite"),
+    ("*ELEMENT, TYPE=MASS, ELSET=m\n90, 9\n*MASS, ELSET=m\n-1.", "must not be negative"),
+    ("*MASS, ELSET=Eall\n1.", "element 1 must be one of one node"),
     ("*RIGID BODY, NSET=Nall", r"must have REF NODE ="),
     ("*KINEMATIC\n1, 3", r"\*KINEMATIC: must stand after \*COUPLING"),
     ("*COUPLING, REF NODE=1, SURFACE=s\n*MASS, ELSET=m\n1.", "must be followed by"),
@@ -280,6 +285,22 @@ def test_springs_and_masses_at_single_nodes(tmp_path: Path) -> None:
     cards = "CELAS2,901,1.+5,9,3\nCONM2,900,9,,0.1"
     two = modes(assembled(read_here(tmp_path / "a.bdf", bdf(cards, N)), 1)).frequencies
     np.testing.assert_allclose(one, two, rtol=1e-10)
+
+
+def test_keywords_of_a_part_hold_in_each_of_its_instances(tmp_path: Path) -> None:
+    """And those of the assembly join the instances."""
+    part = inp(f"*NODE\n900, .22, .01, .005\n*NSET, NSET=tip\n{listed(TIP)}", N)
+    text = f"*PART, NAME=beam\n{part}*RIGID BODY, NSET=tip, REF NODE=900\n*END PART\n*ASSEMBLY\n"
+    for name, shift in (("a", 0), ("b", 1)):
+        text += f"*INSTANCE, NAME={name}, PART=beam\n0, 0, {shift}\n*END INSTANCE\n"
+    text += "*EQUATION\n2\na.9, 1, 1., b.9, 1, -1.\n*END ASSEMBLY\n"
+    (tmp_path / "a.inp").write_text(text)
+    found = read_abaqus(tmp_path / "a.inp").constraints
+    assert [each.point for each in found.references] == [(0.22, 0.01, 0.005), (0.22, 0.01, 1.005)]
+    assert [len(each.nodes) for each in found.couplings] == [4, 4]
+    assert all("node 900" in each.names for each in found.references)
+    (first, _, one), (second, _, two) = found.equations[0].terms
+    assert second - first == len(nodes(N)) + 1 and one == -two
 
 
 MPC = "MPC,3,9,1,1.,18,1,-2."

@@ -11,6 +11,7 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.cell_shapes import FacetTable, shape_of
 from fenics_nnm.fem.row_numbers import row_numbers
+from fenics_nnm.fem.shallow_overlaps import shallow_overlap
 from fenics_nnm.fem.splitting import shown, simplices_of
 
 #: Barycentric coordinates of points of a simplex that are looked for in other cells, unequal, so
@@ -30,7 +31,7 @@ def assert_single(
     """Refuse cells that have the same nodes, or share their volume.
 
     A facet belongs to at most two cells, which lie on both sides of it; and no cell at the
-    surface reaches deep into another one.
+    surface reaches into another one.
 
     Args:
         name: What is read, for messages.
@@ -57,20 +58,22 @@ def assert_single(
         parts = _Parts.of(points, cells, dim)
         _refuse_same_side(name, points, numbers, table, parts)
         _refuse_inside(name, numbers, table, parts)
+        _refuse_shallow(name, points, numbers, table, parts)
 
 
 class _Parts:
     """Simplices of all cells, and the way each cell is turned."""
 
-    def __init__(self, corners: Array, parent: Indices, count: int) -> None:
+    def __init__(self, simplices: Indices, corners: Array, parent: Indices, count: int) -> None:
         """Signs of the volumes.
 
         Args:
-            corners: Corners of each simplex, shape (n, dim + 1, dim).
+            simplices: Nodes of each simplex, shape (n, dim + 1).
+            corners: Their places, shape (n, dim + 1, dim).
             parent: Number of its cell.
             count: Number of cells.
         """
-        self.corners, self.parent = corners, parent
+        self.simplices, self.corners, self.parent = simplices, corners, parent
         sides = corners[:, 1:] - corners[:, :1]
         volumes = np.linalg.det(sides)
         total = np.bincount(parent, volumes, count)
@@ -82,7 +85,8 @@ class _Parts:
     def of(cls, points: Array, cells: dict[str, Indices], dim: int) -> _Parts:
         """Parts of all cells; cells of the plane are taken in the x-y plane."""
         simplices, parent = simplices_of(cells)
-        return cls(points[simplices][..., :dim], parent, sum(map(len, cells.values())))
+        corners = points[simplices][..., :dim]
+        return cls(simplices, corners, parent, sum(map(len, cells.values())))
 
 
 def _refuse_twice(name: str, cells: dict[str, Indices], numbers: Indices) -> None:
@@ -148,6 +152,22 @@ def _refuse_inside(name: str, numbers: Indices, table: FacetTable, parts: _Parts
                 f"{name}: elements overlap: {shown(points[probe[at]])} lies both in "
                 f"{int(numbers[cell[probe[at]]])} and in {int(numbers[parts.parent[simplex[at]]])}"
             )
+
+
+def _refuse_shallow(
+    name: str, points: Array, numbers: Indices, table: FacetTable, parts: _Parts
+) -> None:
+    """Refuse cells that reach into each other at their surfaces."""
+    upright = parts.signs[parts.parent] != 0
+    simplices, parent = parts.simplices[upright], parts.parent[upright]
+    hit = shallow_overlap(points, simplices, parent, table, parts.corners.shape[2])
+    if hit:
+        one, other = (int(numbers[cell]) for cell in hit.cells)
+        raise MeshError(
+            f"{name}: elements overlap: {one} reaches {hit.depth:.3g}, which is {hit.share:.2g} of "
+            f"the height of the element, into {other} at {shown(hit.point)}: parts may touch, and "
+            "what they are pressed together by is a negative gap"
+        )
 
 
 def _near(points: Array, corners: Array) -> tuple[Indices, Indices]:

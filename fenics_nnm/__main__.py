@@ -2,15 +2,17 @@
 
 import sys
 
-from fenics_nnm.interrupts import ending_at_once
 from fenics_nnm.processes import without_current_folder
+
+sys.path[:] = without_current_folder(sys.path)
+
+from fenics_nnm.interrupts import ending_at_once  # noqa: E402  # from the path without that folder
 
 
 def main() -> int:
     """Run the command line and return its exit code; a Ctrl-C on the way to it ends in silence."""
-    sys.path[:] = without_current_folder(sys.path)
     ending_at_once()
-    from fenics_nnm.cli import main as run  # from the path without the current folder
+    from fenics_nnm.cli import main as run
 
     code = run()
     ending_at_once()

@@ -41,6 +41,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INCOMPLETE
     from mpi4py import MPI
 
+    from fenics_nnm.fem import petsc_options
+
+    petsc_options.begin()
     _configure_logging(verbose=arguments.verbose and MPI.COMM_WORLD.rank == 0)
     raised()
     comm = MPI.COMM_WORLD.Dup() if MPI.COMM_WORLD.size > 1 else MPI.COMM_WORLD

@@ -8,17 +8,17 @@ for which all later ones wait, in vain.
 from __future__ import annotations
 
 import functools
-import os
 import re
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import ffcx
 from dolfinx import jit
 
+from fenics_nnm.files.in_root import in_root
 from fenics_nnm.interrupts import uninterrupted
 
 #: Seconds after which a compilation that has not come to its end is taken for dead.
@@ -27,7 +27,7 @@ _DEAD = 120.0
 
 def make_safe() -> None:
     """Read the options once, without those of the current folder, and mend what was cut short."""
-    with _in_root():
+    with in_root():
         folder = Path(jit.get_options()["cache_dir"])
         ffcx.get_options()
     for source in folder.glob("libffcx_*.c"):
@@ -74,15 +74,3 @@ def _changed(path: Path) -> float:
         return path.stat().st_mtime
     except OSError:
         return time.time()
-
-
-@contextmanager
-def _in_root() -> Iterator[None]:
-    """Be in the folder / for a while, where nobody leaves files."""
-    here = os.open(".", os.O_RDONLY | os.O_CLOEXEC)
-    try:
-        os.chdir("/")
-        yield
-    finally:
-        os.fchdir(here)
-        os.close(here)

@@ -133,10 +133,12 @@ def work(connection: Connection, verbose: bool) -> None:
     """What a worker does until nothing more comes."""
     logging.basicConfig(format="fenics-nnm: %(message)s")
     logging.getLogger("fenics_nnm").setLevel(logging.INFO if verbose else logging.WARNING)
+    from fenics_nnm.fem import petsc_options
     from fenics_nnm.interrupts import terminable
     from fenics_nnm.stages import Stages
     from fenics_nnm.sweep.running import Runner
 
+    petsc_options.begin()
     runner = Runner(lambda: nullcontext(Stages()), verbose=verbose)
     with suppress(EOFError, BrokenPipeError, KeyboardInterrupt), terminable():
         while True:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ from dolfinx import jit
 
 import fenics_nnm.fem.compat  # noqa: F401  # which makes it safe
 from fenics_nnm.fem.jit import whole
+from fenics_nnm.processes import environment_of_child
 
 
 def test_options_in_the_current_folder_are_not_read(
@@ -57,3 +60,24 @@ def test_ctrl_c_waits_for_a_compilation(fails: bool) -> None:
     with pytest.raises(KeyboardInterrupt):
         whole(compile_)(of="a form")
     assert done == ([] if fails else [{"of": "a form"}])
+
+
+def test_files_of_options_in_the_current_folder_have_no_effect(tmp_path: Path) -> None:
+    """PETSc would write a log, and matplotlib draw on red, in the folder of somebody's study."""
+    (tmp_path / ".petscrc").write_text("-log_view :log\n")
+    (tmp_path / "matplotlibrc").write_text("axes.facecolor: red\n")
+    script = (
+        "from fenics_nnm.fem import petsc_options\npetsc_options.begin()\n"
+        "import fenics_nnm.output\nfrom matplotlib import rcParams\n"
+        "from petsc4py import PETSc\nprint(PETSc.Options().getAll(), rcParams['axes.facecolor'])"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-P", "-c", script],
+        cwd=tmp_path,
+        env=environment_of_child(PETSC_OPTIONS=""),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "log_view" not in ended.stdout and ended.stdout.endswith("white\n")
+    assert not (tmp_path / "log").exists()

@@ -187,3 +187,106 @@ def _quadratic(x: Array) -> Array:
 
 def _quadratic_slope(x: Array) -> Array:
     return np.array([x - 0.5, -2 * x, x + 0.5]).T
+
+
+@dataclass(slots=True)
+class March:
+    """Motion in time of the whole cantilever, by a scheme that conserves energy.
+
+    J. C. Simo, N. Tarnow, Z. Angew. Math. Phys. 43 (1992) 757-792: mean stress, middle
+    configuration. The contact force is the difference of its potential over that of the closing.
+
+    Attributes:
+        body: Finite elements.
+        u: Displacement.
+        v: Velocity.
+        step: Time step in s.
+        contact: Whether there is an obstacle.
+    """
+
+    body: Cantilever
+    u: Array
+    v: Array
+    step: float
+    contact: bool = True
+
+    def advance(self) -> None:
+        """Go on by a step, by Newton's iteration with the tangent of its start.
+
+        Raises:
+            AssertionError: if it does not converge.
+        """
+        body, dt, before = self.body, self.step, self.u
+        stress, closing = _stress(body.strain(before)), float(body.tip @ before)
+        inertia = 2 / dt**2 * body.M
+        factor = None
+        u = before + dt * self.v
+        for _ in range(30):
+            middle, mean = (before + u) / 2, (stress + _stress(body.strain(u))) / 2
+            force, slope = self._pressed(closing, float(body.tip @ u))
+            residual = inertia @ (u - before - dt * self.v) + body.force(middle, mean)
+            residual += force * body.tip
+            if factor is None:
+                tangent = inertia + body._between(middle, u, mean, 1.0) / 2
+                factor = cho_factor((tangent + tangent.T) / 2)
+            change = cho_solve(factor, residual)
+            if slope:  # the spring by Sherman and Morrison
+                stiff = cho_solve(factor, body.tip)
+                change -= stiff * (slope * (body.tip @ change) / (1 + slope * body.tip @ stiff))
+            u = u - change
+            if np.abs(change).max() <= 1e-14 * np.abs(u).max():
+                break
+        else:
+            raise AssertionError("no convergence in a step")
+        self.v = 2 * (u - before) / dt - self.v
+        self.u = u
+
+    def energy(self) -> float:
+        """Total energy in J."""
+        kinetic = self.v @ self.body.M @ self.v / 2
+        return (
+            float(kinetic) + self.body.energy(self.u) + self._stored(float(self.body.tip @ self.u))
+        )
+
+    def _stored(self, closing: float) -> float:
+        return CONTACT * max(closing - GAP, 0.0) ** 2 / 2 if self.contact else 0.0
+
+    def _pressed(self, before: float, after: float) -> tuple[float, float]:
+        """Mean force of a step, and its derivative by the closing at its end."""
+        if before + after == 2 * before or not self.contact:
+            return (CONTACT * max(after - GAP, 0.0) if self.contact else 0.0), 0.0
+        moved = after - before
+        force = (self._stored(after) - self._stored(before)) / moved
+        return force, (CONTACT * max(after - GAP, 0.0) - force) / moved
+
+
+def frequency_in_time(
+    body: Cantilever, u: Array, filter_: Array, *, step: float, periods: int, contact: bool = True
+) -> tuple[float, float]:
+    """Frequency in Hz of a motion from rest, and the largest relative change of its energy.
+
+    Times of rest are those at which the velocity of a filtered coordinate passes zero on its way
+    down, and the frequency is that of the scheme over what it makes of a linear oscillator.
+
+    Args:
+        body: Finite elements.
+        u: Displacement at the start.
+        filter_: Row of the coordinate.
+        step: Time step in s.
+        periods: Number of periods.
+        contact: Whether there is an obstacle.
+    """
+    march = March(body, u, np.zeros_like(u), step, contact)
+    start, rates, energies = march.energy(), [0.0], []
+    while len(energies) < 3 or sum(_falls(rates)) < periods:
+        march.advance()
+        rates.append(float(filter_ @ march.v))
+        energies.append(march.energy() / start - 1)
+    last = len(rates) - 2
+    end = last + rates[-2] / (rates[-2] - rates[-1])
+    omega = 2 * np.pi * periods / (end * step)
+    return 2 * np.tan(omega * step / 2) / step / (2 * np.pi), float(np.abs(energies).max())
+
+
+def _falls(rates: list[float]) -> list[bool]:
+    return [a > 0 >= b for a, b in zip(rates[1:-1], rates[2:], strict=True)]

@@ -18,18 +18,16 @@ _MOST_LISTED = 20
 def describe(prepared: Prepared) -> str:
     """Structure, contact and linear modes of a study as text; the same on all ranks."""
     study, linear, mode = prepared.study, prepared.linear, prepared.mode
-    model = linear.model
+    model, first = linear.model, linear.first_contact(mode)
     rest, amplitude = model.at_rest(), model.grazing_amplitude(mode)
-    energy = (rest.omega[mode] * amplitude) ** 2 / 2
     event, when = _first_event(rest, mode)
     largest = linear.largest(amplitude * rest.shapes[:, mode], amplitude * rest.pull[:, mode])
     lines = [
         study.title or "(no title)",
         *linear.heading(),
         *_at_rest(rest),
-        f"{event:16s} at {energy:.6g} J for mode {study.mode.number}, first at "
-        f"{linear.contact_name(rest.first(mode))}",
-        *_over_all_vertices(linear.first_contact(mode)),
+        f"{event:16s} at {first.energy:.6g} J for mode {study.mode.number}, first at {first.place}",
+        *_over_all_vertices(first),
         f"largest motion   {largest} {when}",
         *linear.groups(),
         "",

@@ -17,12 +17,14 @@ class FirstContact:
         vertices: Number of vertices of the patches, or of other places where contact can be.
         energy: Energy in J at which the first contact point touches, or lifts off.
         over_all: Energy in J at which the first vertex touches, or a contact point lifts off.
+        place: Which contact point comes first: where it is, or its number.
     """
 
     points: int
     vertices: int
     energy: float
     over_all: float
+    place: str = ""
 
     @property
     def excess(self) -> float:

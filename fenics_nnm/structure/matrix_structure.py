@@ -95,7 +95,8 @@ class MatrixLinear(MatrixAnalysis):
         """As `Linear.first_contact`: each contact row is a contact point."""
         rest = self.model.at_rest()
         energy = float(rest.omega[mode] * rest.amplitude(mode)) ** 2 / 2
-        return FirstContact(self.model.points, self.model.points, energy, energy)
+        place = f"contact row {rest.first(mode) + 1}"
+        return FirstContact(self.model.points, self.model.points, energy, energy, place)
 
     def flexibility(self, harmonics: int) -> None:
         """Nothing: full order is refused by the study."""
@@ -131,10 +132,6 @@ class MatrixLinear(MatrixAnalysis):
     def notes(self) -> list[str]:
         """Nothing: matrices are taken as they are."""
         return []
-
-    def contact_name(self, point: int) -> str:
-        """Number of a contact row."""
-        return f"contact row {point + 1}"
 
     def largest(self, q: Array, force: Array) -> str:
         """Largest unknown of coordinates in kg^1/2 m and contact forces in N."""

@@ -189,8 +189,14 @@ class MeshLinear(LinearAnalysis):
         if sites.limited and rest.is_linear(mode):
             approach = approach_of(sites, chosen_of(self.choices), self.reduction, mode)
             over_all = min(amplitude, float(approach.reach.min()))
-        energies = [(rest.omega[mode] * each) ** 2 / 2 for each in (amplitude, over_all)]
-        return FirstContact(self.interface.count, len(sites.gap), *map(float, energies))
+        omega = float(rest.omega[mode])
+        return FirstContact(
+            points=self.interface.count,
+            vertices=len(sites.gap),
+            energy=(omega * amplitude) ** 2 / 2,
+            over_all=(omega * over_all) ** 2 / 2,
+            place=self._contact_name(rest.first(mode)),
+        )
 
     def flexibility(self, harmonics: int) -> HarmonicSolver:
         """As `Linear.flexibility`.
@@ -249,7 +255,7 @@ class MeshLinear(LinearAnalysis):
         """What was left out or changed on reading the mesh."""
         return list(self.solid.tagged.notes)
 
-    def contact_name(self, point: int) -> str:
+    def _contact_name(self, point: int) -> str:
         """Coordinates of a contact point, with its patch if there are several."""
         interface = self.interface
         place = "(" + ", ".join(f"{x:.5g}" for x in interface.points[point]) + ") m"

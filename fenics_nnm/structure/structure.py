@@ -124,9 +124,6 @@ class Linear(Protocol):
     def notes(self) -> list[str]:
         """Lines about what was left out or changed on reading its files."""
 
-    def contact_name(self, point: int) -> str:
-        """Which contact point it is: its place, or its number."""
-
     def warnings(self, study: Any, mode: int) -> list[str]:
         """What looks like a wrong unit or direction in its study, a line each.
 

@@ -59,7 +59,7 @@ def test_matrices_have_nothing_of_a_mesh(tmp_path: Path) -> None:
     assert linear.flexibility(3) is None
     assert linear.groups() == []
     assert linear.sizes() == {"dofs": 2, "contact_points": 1}
-    assert linear.contact_name(0) == "contact row 1"
+    assert linear.first_contact(0).place == "contact row 1"
 
 
 def test_a_mesh_can_be_drawn_and_seen() -> None:

@@ -8,6 +8,7 @@ inclined to it, so that bending closes the gap in first order and opens it in se
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -289,4 +290,4 @@ def frequency_in_time(
 
 
 def _falls(rates: list[float]) -> list[bool]:
-    return [a > 0 >= b for a, b in zip(rates[1:-1], rates[2:], strict=True)]
+    return [a > 0 >= b for a, b in itertools.pairwise(rates[1:])]

@@ -102,7 +102,10 @@ def keys_of(study: type[MeshStudy] | type[MatrixStudy]) -> Iterator[tuple[str, s
 
 
 #: Pages that belong to a section of the reference.
-PARTS = {"mesh": ["docs/mesh_files.md", "docs/blade.md"]}
+PARTS = {
+    "mesh": ["docs/mesh_files.md", "docs/blade.md"],
+    "contact": ["docs/study_contact.md"],
+}
 
 
 def words_of(section: str) -> set[str]:

@@ -57,7 +57,9 @@ def test_mass_at_the_end_of_a_rod_is_that_of_a_mass() -> None:
     heavy = {"facets": "right", "at": [1.0], "mass": 3.0}
     base = {**ROD, "contact": {**ROD["contact"], "facets": "pad"}, "groups": {"pad": {"x": 1.0}}}
     one = analysed(base, rigid=[heavy])
+    same = analysed(base, rigid=[{**heavy, "at": ["1000 mm"]}])
     two = analysed(base, mass=[{"at": [1.0], "mass": 3.0}])
+    np.testing.assert_array_equal(one.modes.frequencies, same.modes.frequencies)
     np.testing.assert_allclose(one.modes.frequencies, two.modes.frequencies, rtol=1e-12)
 
 

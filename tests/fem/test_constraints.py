@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from brick_beams import bdf, bricks, inp, nodes
-from calculix import KEPT_JOINED
+from calculix import KEPT_JOINED, mesh
+from cell_boxes import write_inp
 from constrained_beams import (
     DENSITY,
     JOINED,
@@ -317,3 +318,18 @@ def test_equations_of_nastran_are_those_of_the_case(tmp_path: Path) -> None:
     assert len(added.constraints.equations) == 1
     with pytest.raises(MeshError, match="MPC cannot be followed: sets 3, 4 stand there"):
         read_here(tmp_path / "b.bdf", bdf(f"{MPC}\nMPC,4,9,2,1.", N))
+
+
+@pytest.mark.parametrize("name", ["C3D15", "C3D4"])
+def test_couplings_take_what_lies_between_their_nodes_along(name: str, tmp_path: Path) -> None:
+    """New middle nodes of prisms that are split, and middles of edges that a file does not have."""
+    foreign = mesh(name)
+    end = np.flatnonzero(np.abs(foreign.points[:, 0] - LENGTH) < 1e-9) + 1
+    keywords = f"*NODE\n9000, .2, .01, .005\n*NSET, NSET=end\n{listed(end.tolist())}\n"
+    write_inp(foreign, tmp_path / "a.inp", f"{keywords}*RIGID BODY, NSET=end, REF NODE=9000")
+    solid = assembled(read_here(tmp_path / "a.inp", (tmp_path / "a.inp").read_text()), 2)
+    x = solid.space.tabulate_dof_coordinates()
+    at = np.abs(x[:, 0] - LENGTH) < 1e-9
+    assert solid.system.dependent == 3 * at.sum() - 6
+    for shape in modes(solid, 2).shapes.T:
+        assert rigid_misfit(x[at], shape.reshape(-1, 3)[at]) < 1e-9

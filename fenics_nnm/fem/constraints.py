@@ -125,6 +125,24 @@ class LinearConstraints:
         """Whether there is anything to follow."""
         return bool(self.references or self.couplings or self.equations)
 
+    def assert_rows(self, count: int) -> None:
+        """Refuse rows of points or references that are not there.
+
+        Args:
+            count: Number of points of the mesh.
+
+        Raises:
+            IndexError: if there are some.
+        """
+        points = len(self.references)
+        nodes = [node for each in self.couplings for node in each.nodes]
+        nodes += [node for each in self.equations for node, _, _ in each.terms if node >= 0]
+        nodes += [each.node for each in self.references if each.node != -1]
+        own = [-1 - n for each in self.equations for n, _, _ in each.terms if n < 0]
+        own += [place for each in self.couplings for place in (each.reference, *each.followers)]
+        if any(not 0 <= n < count for n in nodes) or any(not 0 <= place < points for place in own):
+            raise IndexError("constraints name a row that is not there")
+
     def renumbered(self, row: Indices) -> LinearConstraints:
         """The same for points that stand elsewhere.
 

@@ -119,6 +119,7 @@ def _assert_rows(raw: RawMesh) -> None:
     Raises:
         IndexError: if there are some.
     """
+    raw.constraints.assert_rows(len(raw.points))
     of_points = [raw.cells, *raw.facets.values(), *raw.nodes.values()]
     of_cells = [*raw.groups.values()]
     for count, parts in ((len(raw.points), of_points), (len(raw.cells), of_cells)):

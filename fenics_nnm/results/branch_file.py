@@ -17,8 +17,8 @@ Layout (SI units):
     /input_mesh          the mesh as it was read, before it was spread over ranks: kind (gmsh's
                          number of the cells, dimension), points, cells (gmsh order), part0 ...
                          (nodes of the facets, cells and nodes of named groups), words (JSON: these
-                         names, masses, springs, notes), metres in one unit of points; compressed;
-                         of a mesh only
+                         names, masses, springs, constraints, notes), metres in one unit of points;
+                         compressed; of a mesh only
     /material            elasticity (rows, 6, strains), stress in Pa in the order XX YY ZZ XY YZ XZ
                          of the strains xx; xx, yy, 2 xy; or xx, yy, zz, 2 xy, 2 yz, 2 xz; row of
                          each cell at each point where its stress is taken; of a mesh only

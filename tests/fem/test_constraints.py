@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,8 @@ from fenics_nnm.fem.block import product
 from fenics_nnm.fem.clamp import Clamp
 from fenics_nnm.fem.elimination import Equations, eliminated
 from fenics_nnm.fem.iterative_modes import IterativeModalSolver
+from fenics_nnm.fem.mesh_file import ReadMesh
+from fenics_nnm.fem.raw_mesh import read_written, write_raw
 from fenics_nnm.fem.solid import Solid
 
 CALCULIX: dict[str, list[float]] = json.loads(KEPT_JOINED.read_text())
@@ -303,6 +306,23 @@ def test_keywords_of_a_part_hold_in_each_of_its_instances(tmp_path: Path) -> Non
     (first, _, one), (second, _, two) = found.equations[0].terms
     assert second - first == len(nodes(N)) + 1 and one == -two
 
+
+def test_constraints_go_through_a_file_as_they_are(tmp_path: Path) -> None:
+    """As from the process that reads a mesh; rows that are not there are refused."""
+    text = inp(f"*NODE\n900, .3, 0, 0\n*RIGID BODY, NSET=Nall, REF NODE=900\n{PIN}", N)
+    (tmp_path / "a.inp").write_text(text)
+    raw = ReadMesh(tmp_path / "a.inp")(tmp_path)
+    write_raw(tmp_path / "a.npz", raw)
+    assert read_written(tmp_path / "a.npz").constraints == raw.constraints
+    assert len(raw.constraints.equations) == 3
+    write_raw(
+        tmp_path / "b.npz", replace(raw, points=raw.points[:-1], cells=raw.cells[:1], nodes={})
+    )
+    with pytest.raises(IndexError, match="constraints name a row"):
+        read_written(tmp_path / "b.npz")
+
+
+PIN = "*MPC\nPIN, 1, 900"
 
 MPC = "MPC,3,9,1,1.,18,1,-2."
 

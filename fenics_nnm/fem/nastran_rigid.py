@@ -85,7 +85,7 @@ class RigidElements:
         """Groups of a weight, its directions and its GRIDs."""
         reference, axes = card.whole(2), _axes(card, 3)
         if "UM" in [entry.upper() for entry in card.fields]:
-            raise MeshError(f"{card.place}: RBE3 with UM cannot be followed")
+            raise MeshError(f"{card.place}: RBE3 cannot be followed: it has UM")
         weights: dict[int, tuple[float, ...]] = {}
         for weight, directions, grids in self._groups(card):
             if not set(SHIFTS) <= set(directions):

@@ -48,14 +48,17 @@ class ConstraintBuilder(Generic[Label]):
     place: Callable[[Label, str], Array]
     _references: list[Reference] = field(default_factory=list)
     _known: dict[Label, int] = field(default_factory=dict)
-    _couplings: list[Coupling] = field(default_factory=list)
+    _rigid: dict[tuple[int, tuple[int, ...]], Coupling] = field(default_factory=dict)
+    _means: list[Coupling] = field(default_factory=list)
     _equations: list[Equation] = field(default_factory=list)
 
     @property
     def found(self) -> LinearConstraints:
         """All that was taken."""
         return LinearConstraints(
-            tuple(self._references), tuple(self._couplings), tuple(self._equations)
+            tuple(self._references),
+            (*self._rigid.values(), *self._means),
+            tuple(self._equations),
         )
 
     def in_body(self, label: Label) -> bool:
@@ -99,15 +102,25 @@ class ConstraintBuilder(Generic[Label]):
     def rigid(
         self, key: str, reference: Label, members: Iterable[Label], axes: tuple[int, ...]
     ) -> int:
-        """Nodes that follow another one as a rigid body; how many they are."""
-        given = list(dict.fromkeys(members))
-        nodes = tuple(self.rows[label] for label in given if self.in_body(label))
-        others = [label for label in given if not self.in_body(label) and label != reference]
-        followers = tuple(self.reference(label, key) for label in others)
-        self._couplings.append(
-            Coupling(key, "rigid", self.reference(reference, key), axes, nodes, (), followers)
+        """Nodes that follow another one as a rigid body; how many they are.
+
+        All that follow one node along the same axes are one coupling, and that node is one of
+        them, so that what lies between them follows, too.
+        """
+        given = [label for label in dict.fromkeys(members) if label != reference]
+        nodes = [self.rows[label] for label in given if self.in_body(label)]
+        others = [label for label in given if not self.in_body(label)]
+        followers = [self.reference(label, key) for label in others]
+        place = self.reference(reference, key)
+        if self.in_body(reference):
+            nodes.append(self.rows[reference])
+        before = self._rigid.get((place, axes), Coupling(key, "rigid", place, axes))
+        self._rigid[place, axes] = replace(
+            before,
+            nodes=tuple(dict.fromkeys([*before.nodes, *nodes])),
+            followers=tuple(dict.fromkeys([*before.followers, *followers])),
         )
-        return len(nodes) + len(followers)
+        return len(given)
 
     def mean(
         self,
@@ -128,7 +141,7 @@ class ConstraintBuilder(Generic[Label]):
                 )
         nodes = tuple(self.rows[label] for label in weights)
         place = self.reference(reference, key)
-        self._couplings.append(
+        self._means.append(
             Coupling(key, "mean", place, axes, nodes, weights=tuple(weights.values()))
         )
 

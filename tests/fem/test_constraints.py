@@ -104,6 +104,18 @@ def test_mean_motion_alone_leaves_the_body_as_it_is(tmp_path: Path) -> None:
     assert soft.frequencies[0] == pytest.approx(hard.frequencies[0], rel=1e-2)
 
 
+def test_rigid_elements_of_all_kinds_are_one_body(tmp_path: Path) -> None:
+    """RBE2 about a GRID outside or of the body, and RBARs one by one: what lies between follows."""
+    bars = "\n".join(f"RBAR,{i},900,{node},123456" for i, node in enumerate(TIP, start=1))
+    own = f"RBE2,1,{TIP[0]},123456," + ",".join(map(str, TIP[1:]))
+    found = [
+        modes(assembled(read_here(tmp_path / "a.bdf", at_the_tip(cards)), 2)).frequencies
+        for cards in (RBE2, own, bars)
+    ]
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=1e-10)
+
+
 def test_held_reference_point_is_a_clamp_of_its_nodes(tmp_path: Path) -> None:
     """The set of a reference node in clamp.nodes: all of it, or in one direction."""
     tagged = read_here(tmp_path / "a.bdf", at_the_tip(RBE2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -47,21 +48,22 @@ class RawMesh:
 def arrays_of(raw: RawMesh) -> dict[str, Any]:
     """A mesh as arrays of numbers, by names that are the same for each mesh."""
     named = raw.facets, raw.groups, raw.nodes
+    parts = [np.asarray(part) for each in named for part in each.values()]
     words = {
         "names": [list(each) for each in named],
+        "shapes": [part.shape for part in parts],
         "attached": [asdict(each) for each in raw.attached],
         "constraints": to_json(raw.constraints),
         "notes": raw.notes,
     }
-    arrays: dict[str, Any] = {
+    none: Indices = np.empty(0, dtype=np.int64)
+    return {
         "kind": np.array([raw.cell_type, raw.dim]),
         "points": raw.points,
         "cells": raw.cells,
+        "parts": np.concatenate([none, *(part.ravel() for part in parts)]),
         "words": np.frombuffer(json.dumps(words).encode(), dtype=np.uint8),
     }
-    for number, part in enumerate(part for each in named for part in each.values()):
-        arrays[f"part{number}"] = part
-    return arrays
 
 
 def raw_of(arrays: Mapping[str, Any]) -> RawMesh:
@@ -71,7 +73,9 @@ def raw_of(arrays: Mapping[str, Any]) -> RawMesh:
         ValueError, KeyError, IndexError, TypeError: if they are something else.
     """
     words = json.loads(arrays["words"][:].tobytes())
-    parts = iter([_whole(arrays[f"part{n}"][:]) for n in range(sum(map(len, words["names"])))])
+    ends = np.cumsum([0, *(math.prod(shape) for shape in words["shapes"])])
+    flat = np.split(_whole(arrays["parts"][:]), ends[1:-1])
+    parts = (part.reshape(shape) for part, shape in zip(flat, words["shapes"], strict=False))
     facets, groups, nodes = ({name: next(parts) for name in each} for each in words["names"])
     cell_type, dim = (int(x) for x in arrays["kind"][:])
     raw = RawMesh(

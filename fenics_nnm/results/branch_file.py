@@ -15,10 +15,10 @@ Layout (SI units):
     /mesh                points, cells (VTK order), cell_type (VTK), region of each cell; of a
                          mesh only; cells as in the input mesh, nodes as these cells name them
     /input_mesh          the mesh as it was read, before it was spread over ranks: kind (gmsh's
-                         number of the cells, dimension), points, cells (gmsh order), part0 ...
-                         (nodes of the facets, cells and nodes of named groups), words (JSON: these
-                         names, masses, springs, constraints, notes), metres in one unit of points;
-                         compressed; of a mesh only
+                         number of the cells, dimension), points, cells (gmsh order), parts (nodes
+                         of the facets, cells and nodes of named groups), words (JSON: their names
+                         and shapes, masses, springs, constraints, notes), metres in one unit of
+                         points; of a mesh only
     /material            elasticity (rows, 6, strains), stress in Pa in the order XX YY ZZ XY YZ XZ
                          of the strains xx; xx, yy, 2 xy; or xx, yy, zz, 2 xy, 2 yz, 2 xz; row of
                          each cell at each point where its stress is taken; of a mesh only
@@ -82,6 +82,9 @@ _OVERHEAD, _ONCE = 8192, 32768
 
 #: The same for a data set without attributes, and for its group.
 _OF_SET, _OF_GROUP = 1024, 4096
+
+#: Bytes below which a data set is not compressed, which needs more than that itself.
+_SMALL = 4096
 
 #: How data sets that are compressed are stored: what takes little time.
 _PACKING: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
@@ -317,7 +320,7 @@ def _image(header: BranchHeader, data: Data) -> bytes:
         for name, values in data.arrays.items():
             file[name] = values
         for name, values in data.packed.items():
-            packing = _PACKING if values.size else {}
+            packing = _PACKING if values.nbytes > _SMALL else {}
             file.create_dataset(name, data=values, **packing)
         file.create_group("points")
         file.flush()

@@ -18,6 +18,7 @@ class Code(StrEnum):
     DEGREE = "degree"
     DEGREE_WITHOUT_MEMORY = "degree without memory"
     ELEMENT_SIZE = "element size"
+    EXPANSION = "thermal expansion"
     FULL_ORDER_GAP = "gap at full order"
     GAP = "gap"
     GAP_WITH_FORCES = "gap with forces"

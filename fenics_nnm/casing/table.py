@@ -8,7 +8,7 @@ one before the first comes again, and at least two stations. Lines that start wi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +64,15 @@ class RadiusTable:
         spline = NdBSpline((around.t, along.t), coefficients, (3, degree))
         bounds = float(coefficients.min()), float(coefficients.max())  # B-splines add up to one
         return cls(spline, float(theta[0]), (float(x[0]), float(x[-1])), bounds)
+
+    def grown(self, growth: float) -> RadiusTable:
+        """The same with all radii larger by a growth in m, as B-splines add up to one."""
+        if not growth:
+            return self
+        old = self.spline
+        spline = NdBSpline(old.t, old.c + growth, old.k)
+        low, high = self.bounds
+        return replace(self, spline=spline, bounds=(low + growth, high + growth))
 
     def __call__(self, theta: Array, s: Array) -> tuple[Array, Array, Array]:
         """As `Radius`."""

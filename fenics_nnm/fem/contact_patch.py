@@ -9,6 +9,7 @@ from scipy.sparse import coo_array, csr_array
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.averaged_rows import averaged_entries
+from fenics_nnm.fem.deformed import deformed
 from fenics_nnm.fem.facing import Counterparts, counterparts
 from fenics_nnm.fem.patch_sites import Patch, PatchSites, opposite_vertices, vertex_entries
 from fenics_nnm.fem.patch_vertices import PatchVertices
@@ -54,6 +55,7 @@ def patch_points(solid: Solid, sites: PatchSites, chosen: Indices) -> PatchPoint
     """
     patch, vertices = sites.patch, sites.vertices
     points, directions = vertices.points[chosen], sites.directions[chosen]
+    places = sites.places[chosen]
     nearest = nearest_of(vertices.points, points)
     if patch.averaged:
         entries = averaged_entries(solid, patch.facets, vertices, nearest)
@@ -61,13 +63,14 @@ def patch_points(solid: Solid, sites: PatchSites, chosen: Indices) -> PatchPoint
         entries = vertex_entries(vertices, chosen)
     owned = solid.tagged.mesh.topology.index_map(0).size_local
     pressures = _pressures(vertices, nearest, len(chosen), owned)
-    gap = None if patch.gap is None else patch.gap(points, directions)
+    gap = None if patch.gap is None else patch.gaps(points, places, directions)
     if patch.opposite is not None:
-        across = counterparts(solid, patch.opposite.facets, points, directions)
-        entries = entries.minus(across.entries)
-        pressures = pressures + _opposite_pressures(
-            solid, patch, across, points + across.distance[:, None] * directions
-        )
+        with deformed(solid):
+            across = counterparts(solid, patch.opposite.facets, places, directions)
+            entries = entries.minus(across.entries)
+            pressures = pressures + _opposite_pressures(
+                solid, patch, across, places + across.distance[:, None] * directions
+            )
         gap = across.distance if gap is None else gap
     assert gap is not None
     return PatchPoints(

@@ -36,10 +36,7 @@ class Direction:
         if self.kind == "normal":
             found = normals
         elif self.kind == "radial":
-            found = points - np.asarray(self.origin)
-            if self.vector:
-                axis = np.asarray(self.vector) / np.linalg.norm(self.vector)
-                found = found - np.outer(found @ axis, axis)
+            found = self._from_axis(points)
         else:
             found = np.broadcast_to(np.asarray(self.vector), points.shape)
         length = np.linalg.norm(found, axis=1)
@@ -51,3 +48,14 @@ class Direction:
                 "meet the axis"
             )
         return np.asarray(found / length[:, None])
+
+    def distance(self, points: Array) -> Array:
+        """Distance in m of points (n, dim) from the axis of a radial direction."""
+        return np.asarray(np.linalg.norm(self._from_axis(points), axis=1))
+
+    def _from_axis(self, points: Array) -> Array:
+        found = points - np.asarray(self.origin)
+        if self.vector:
+            axis = np.asarray(self.vector) / np.linalg.norm(self.vector)
+            found = found - np.outer(found @ axis, axis)
+        return found

@@ -32,6 +32,10 @@ _TOO_LITTLE = (-5, -7, -8, -9, -11, -13, -19)
 #: Bytes an entry of a dense factor and of what it is made of, and bytes that MUMPS takes besides.
 _DENSE, _BESIDES = 16, 2**30
 
+#: ICNTL(13) = 1: of several ranks one factorises the last block alone. MUMPS does not count the
+#: negative pivots of a block that ScaLAPACK factorises.
+ROOT_ALONE = ("mat_mumps_icntl_13", 1)
+
 #: The workspace is doubled at most so many times.
 _DOUBLINGS = 5
 

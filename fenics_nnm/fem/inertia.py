@@ -9,7 +9,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ModelError, OutOfMemoryError
-from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
+from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
 from fenics_nnm.fem.parts import parts_that_move
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import counted, counting_shift
@@ -18,11 +18,6 @@ logger = logging.getLogger(__name__)
 
 #: MUMPS's ICNTL(31) = 1: the factors are thrown away as they are made. A count needs none.
 _DISCARD = ("mat_mumps_icntl_31", 1)
-
-#: ICNTL(13) = 1: of several ranks one factorises the last block alone. MUMPS does not count the
-#: negative pivots of a block that ScaLAPACK factorises.
-_ROOT_ALONE = ("mat_mumps_icntl_13", 1)
-
 
 #: A squared frequency below this part of the highest one computed is a rigid-body mode.
 _RIGID = 1e-9
@@ -96,7 +91,7 @@ def modes_below(solid: Solid, shift: float, memory: float | None = None) -> int:
     ksp = PETSc.KSP().create(shifted.comm)
     ksp.setOptionsPrefix("nnm_inertia_")
     ksp.setOperators(shifted)
-    use_mumps(ksp, (_DISCARD, _ROOT_ALONE))
+    use_mumps(ksp, (_DISCARD, ROOT_ALONE))
     try:
         with limited_memory(ksp, memory):
             factorise(ksp)

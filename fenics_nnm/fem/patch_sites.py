@@ -10,12 +10,14 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.errors import GeometryError, MeshError, ModelError
+from fenics_nnm.fem.deformed import deformed
 from fenics_nnm.fem.facing import Counterparts, counterparts
 from fenics_nnm.fem.patch_vertices import PatchVertices
 from fenics_nnm.fem.rows import Entries
 from fenics_nnm.fem.solid import Solid
 
 Field = Callable[[Array, Array], Array]
+Nearing = Callable[[Array, Array, Array], Array]
 
 #: Part of a contact direction along free axes below which a vertex cannot move along it.
 _ALONG = 1e-9
@@ -49,6 +51,9 @@ class Patch:
         direction: Unit vectors towards the obstacle, of points and outward normals (n, dim).
         gap: Initial gaps in m, of points and unit vectors (n, dim); None for the distance to the
             facets opposite.
+        nearing: How much nearer in m steady loads bring points to their obstacle, of points
+            before, points after and unit vectors (n, dim), where the gap is that before; None where
+            it is a distance, which is measured after.
         count: Number of points to spread evenly over the vertices, or None for all vertices.
         opposite: Facets that the patch can meet in place of a rigid obstacle.
         averaged: Whether contact points have the mean displacement of the area about them, in
@@ -64,6 +69,18 @@ class Patch:
     count: int | None = None
     opposite: Opposite | None = None
     averaged: bool = False
+    nearing: Nearing | None = None
+
+    def gaps(self, points: Array, places: Array, directions: Array) -> Array:
+        """Gaps in m along unit vectors of points that steady loads move to places, (n, dim) each.
+
+        Raises:
+            GeometryError: if a direction does not meet the obstacle.
+        """
+        assert self.gap is not None
+        if self.nearing is None:
+            return self.gap(places, directions)
+        return self.gap(points, directions) - self.nearing(points, places, directions)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +90,7 @@ class PatchSites:
     Attributes:
         patch: What is asked of the patch.
         vertices: Its vertices; with facets opposite, those that have a counterpart.
+        places: Where steady loads move them, in m, shape (n, dim).
         directions: Unit vectors towards the obstacle, shape (n, dim).
         gap: Initial gaps in m, infinite where there is nothing to be met, shape (n,).
         entries: Of this rank: weights of displacement blocks in the displacement of each vertex,
@@ -82,6 +100,7 @@ class PatchSites:
 
     patch: Patch
     vertices: PatchVertices
+    places: Array
     directions: Array
     gap: Array
     entries: Entries
@@ -117,20 +136,32 @@ def patch_sites(solid: Solid, patch: Patch) -> PatchSites:
     """
     vertices = PatchVertices.of(solid, patch.facets, f"{patch.key}.facets", patch.what)
     _refuse_clamped(vertices, vertices.held.all(axis=1), patch)
-    directions = patch.direction(vertices.points, vertices.normals)
+    moved = _moved(solid, patch, vertices)
+    directions = patch.direction(moved.points, moved.normals)
     _refuse_clamped(vertices, ~(np.abs(directions) * ~vertices.held > _ALONG).any(axis=1), patch)
-    across = _across(solid, patch, vertices, directions)
+    with deformed(solid):
+        across = _across(solid, patch, moved, directions)
     left_out = int(np.count_nonzero(~across.met))
     vertices, directions = vertices.chosen(np.flatnonzero(across.met)), directions[across.met]
+    places = moved.points[across.met]
     _refuse_few(patch, len(directions))
     return PatchSites(
         patch=patch,
         vertices=vertices,
+        places=places,
         directions=directions,
-        gap=_gaps(patch, vertices.points, directions, across.distance[across.met]),
+        gap=_gaps(patch, vertices.points, places, directions, across.distance[across.met]),
         entries=vertex_entries(vertices, np.arange(len(directions))).minus(_rows_met(across)),
         left_out=left_out,
     )
+
+
+def _moved(solid: Solid, patch: Patch, vertices: PatchVertices) -> PatchVertices:
+    """The vertices where steady loads move them."""
+    if solid.state is None:
+        return vertices
+    with deformed(solid):
+        return PatchVertices.of(solid, patch.facets, f"{patch.key}.facets", patch.what)
 
 
 def opposite_vertices(solid: Solid, patch: Patch) -> PatchVertices:
@@ -189,20 +220,20 @@ def _rows_met(across: Counterparts) -> Entries:
     return Entries(number[entries.rows[kept]], entries.blocks[kept], entries.values[kept])
 
 
-def _gaps(patch: Patch, points: Array, directions: Array, distance: Array) -> Array:
+def _gaps(patch: Patch, points: Array, places: Array, directions: Array, distance: Array) -> Array:
     """Gaps of vertices; a vertex without an obstacle in its way is never in contact."""
     if patch.gap is None:
         return distance
     try:
-        return patch.gap(points, directions)
+        return patch.gaps(points, places, directions)
     except GeometryError:
-        rows = range(len(points))
-        each = [_gap_of(patch.gap, points[[i]], directions[[i]]) for i in rows]
+        rows = ([i] for i in range(len(points)))
+        each = [_gap_of(patch, points[i], places[i], directions[i]) for i in rows]
         return np.concatenate(each)
 
 
-def _gap_of(gap: Field, point: Array, direction: Array) -> Array:
+def _gap_of(patch: Patch, point: Array, place: Array, direction: Array) -> Array:
     try:
-        return gap(point, direction)
+        return patch.gaps(point, place, direction)
     except GeometryError:
         return np.array([np.inf])

@@ -25,6 +25,7 @@ from fenics_nnm.fem.constrained import constrained
 from fenics_nnm.fem.constraints import NO_CONSTRAINTS, LinearConstraints
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.regions import Region, Regions, regions_on
+from fenics_nnm.fem.state import StaticState
 from fenics_nnm.fem.stress import Expr, Theory, cauchy_stress, strain, stress
 from fenics_nnm.fem.system import System
 
@@ -71,6 +72,9 @@ class Solid:
         regions: Cells of each material.
         vertices: Vertex of each attachment at a point, by its key.
         system: What is solved.
+        held: The clamp as conditions of dolfinx.
+        state: Where it rests under steady loads, about which K is the tangent stiffness; None
+            where nothing loads it.
     """
 
     tagged: TaggedMesh
@@ -82,6 +86,8 @@ class Solid:
     regions: Regions
     vertices: dict[str, Vertex]
     system: System
+    held: tuple[fem.DirichletBC, ...]
+    state: StaticState | None = None
 
     @property
     def dofs(self) -> int:
@@ -126,19 +132,19 @@ def assemble_solid(
         )
     regions = regions_on(tagged, body.regions)
     space = fem.functionspace(tagged.mesh, ("Lagrange", body.degree, (tagged.dim,)))
-    strain_energy, inertia = _forms(space, body, regions)
     clamp, unrolled = _clamped(space, tagged, clamped_facets, clamps)
     joined = constrained(space, tagged, body.constraints, unrolled)
     for axis in range(tagged.dim):
         clamp.append(_held_along(space, axis, joined.held[joined.held % tagged.dim == axis]))
     unrolled = np.union1d(unrolled, joined.held).astype(np.int32)
-    K = assemble_matrix(fem.form(strain_energy), clamp, 1.0)
-    M = assemble_matrix(fem.form(inertia), clamp, 0.0)
+    K = assemble_matrix(fem.form(_strain_energy(space, body, regions)), clamp, 1.0)
+    M = assemble_matrix(fem.form(inertia_form(space, body, regions)), clamp, 0.0)
     vertices = _attach(tagged, space, body, (K, M), clamp, unrolled)
     K, M, system = joined.system(K, M)
     for matrix in (K, M):
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    return Solid(tagged, space, K, M, unrolled, body, regions, vertices, system)
+    held = tuple(clamp)
+    return Solid(tagged, space, K, M, unrolled, body, regions, vertices, system, held)
 
 
 def _held_along(space: fem.FunctionSpace, axis: int, dofs: Indices) -> fem.DirichletBC:
@@ -210,16 +216,20 @@ def stress_tensor(u: Expr, solid: Solid) -> Expr:
     return solid.regions.piecewise(lambda material: cauchy_stress(u, material, theory, mesh))
 
 
-def _forms(space: fem.FunctionSpace, body: Body, regions: Regions) -> tuple[Expr, Expr]:
-    """Bilinear forms of the strain energy and of the inertia."""
-    mesh, degree = space.mesh, body.degree
+def inertia_form(space: fem.FunctionSpace, body: Body, regions: Regions) -> Expr:
+    """Bilinear form of the inertia."""
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    return regions.integral(
+        lambda each: fem.Constant(space.mesh, float(each.density * body.extent)) * ufl.inner(u, v),
+        body.degree,
+    )
+
+
+def _strain_energy(space: fem.FunctionSpace, body: Body, regions: Regions) -> Expr:
+    """Bilinear form of the strain energy."""
+    mesh = space.mesh
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     extent = fem.Constant(mesh, float(body.extent))
-    strain_energy = regions.integral(
-        lambda each: extent * ufl.inner(stress(u, each, body.theory, mesh), strain(v)), degree
+    return regions.integral(
+        lambda each: extent * ufl.inner(stress(u, each, body.theory, mesh), strain(v)), body.degree
     )
-    inertia = regions.integral(
-        lambda each: fem.Constant(mesh, float(each.density * body.extent)) * ufl.inner(u, v),
-        degree,
-    )
-    return strain_energy, inertia

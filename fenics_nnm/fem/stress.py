@@ -23,7 +23,7 @@ from fenics_nnm.materials.elasticity import (
     uniaxial,
 )
 from fenics_nnm.materials.material import Material
-from fenics_nnm.materials.orientation import Axes, Cylindrical, Orientation
+from fenics_nnm.materials.orientation import XYZ, Axes, Cylindrical, Orientation
 
 Theory = Literal["rod", "plane-stress", "plane-strain", "solid"]
 
@@ -55,18 +55,46 @@ def stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Exp
     Raises:
         ModelError: if the material's orientation does not go with the theory.
     """
-    return _stress(u, material, theory, mesh).plane
+    return stress_of_strain(strain(u), material, theory, mesh)
+
+
+def stress_of_strain(epsilon: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
+    """The same of a strain tensor (dim, dim), be it the small one or that of Green and Lagrange."""
+    return _stress_of(epsilon, material, theory, mesh).plane
+
+
+def thermal_stress(material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
+    """Stress in Pa per kelvin that would suppress thermal expansion, a (dim, dim) tensor.
+
+    Raises:
+        ModelError: if the expansion of the material is not known.
+    """
+    return _thermal(material, theory, mesh).plane
 
 
 def cauchy_stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
     """Stress in Pa as a 3 x 3 tensor, with sigma_zz of plane strain."""
-    own, along = _stress(u, material, theory, mesh)
+    return _in_space(_stress_of(strain(u), material, theory, mesh), theory)
+
+
+def warm_stress(
+    epsilon: Expr, warming: float, material: Material, theory: Theory, mesh: dmesh.Mesh
+) -> Expr:
+    """The same of a strain tensor at a temperature, in K above that without stress."""
+    found = _in_space(_stress_of(epsilon, material, theory, mesh), theory)
+    if not warming:
+        return found
+    return found - warming * _in_space(_thermal(material, theory, mesh), theory)
+
+
+def _in_space(stress: _Stress, theory: Theory) -> Expr:
+    """A stress as a 3 x 3 tensor."""
     if theory == "solid":
-        return own
-    size = len(u)
-    rows = [[own[i, j] if max(i, j) < size else 0 for j in range(3)] for i in range(3)]
+        return stress.plane
+    size = stress.plane.ufl_shape[0]
+    rows = [[stress.plane[i, j] if max(i, j) < size else 0 for j in range(3)] for i in range(3)]
     if theory == "plane-strain":
-        rows[2][2] = along
+        rows[2][2] = stress.along
     return ufl.as_tensor(rows)
 
 
@@ -88,9 +116,9 @@ def assert_off_axis(material: Material, points: Array) -> None:
         )
 
 
-def _stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> _Stress:
+def _stress_of(epsilon: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> _Stress:
     law = material.law
-    return _STRESS_OF[type(law)](strain(u), law, material.orientation, theory, mesh)
+    return _STRESS_OF[type(law)](epsilon, law, material.orientation, theory, mesh)
 
 
 def _isotropic(
@@ -186,6 +214,51 @@ def _cylindrical_axes(turning: Cylindrical, mesh: dmesh.Mesh) -> Expr:
     return ufl.as_matrix([[row[i] for i in range(dim)] for row in rows])
 
 
+def _thermal(material: Material, theory: Theory, mesh: dmesh.Mesh) -> _Stress:
+    """Stress per kelvin that would suppress thermal expansion."""
+    if material.expansion is None:
+        called = f' "{material.name}"' if material.name else ""
+        raise ModelError(
+            f"no thermal expansion is known of the material{called}: a temperature needs it",
+            code=Code.EXPANSION,
+        )
+    law, turning = material.law, material.orientation if material.law.directional else XYZ
+    return _THERMAL_IN_AXES_OF[type(turning)](
+        law.stiffness, np.diag(material.expansion), turning, theory, mesh
+    )
+
+
+def _thermal_in_fixed_axes(
+    stiffness: Array, expansion: Array, axes: Axes, theory: Theory, mesh: dmesh.Mesh
+) -> _Stress:
+    turned = axes.matrix.T @ expansion @ axes.matrix
+    return _suppressing(rotated(stiffness, axes.matrix), turned, theory, mesh)
+
+
+def _thermal_in_cylindrical_axes(
+    stiffness: Array, expansion: Array, turning: Cylindrical, theory: Theory, mesh: dmesh.Mesh
+) -> _Stress:
+    local = _cylindrical_axes(turning, mesh)
+    found = _suppressing(stiffness, expansion, theory, mesh)
+    return _Stress(local.T * found.plane * local, found.along)
+
+
+def _suppressing(stiffness: Array, expansion: Array, theory: Theory, mesh: dmesh.Mesh) -> _Stress:
+    """Stress of a constant strain (3, 3) that a theory allows, both in the same axes."""
+    strains = np.array([(1 if i == j else 2) * expansion[i, j] for i, j in PLACES])
+    places = _PLACES[mesh.geometry.dim]
+    kept = [PLACES.index(place) for place in places]
+    along = None
+    if theory in ("rod", "plane-stress"):
+        components = _reduced(stiffness, theory) @ strains[kept]
+    else:  # where the strain along z is kept from arising, so that it makes stress, too
+        _reduced(stiffness, theory)  # refuses an orientation that does not go with the theory
+        whole = stiffness @ strains
+        components, along = whole[kept], fem.Constant(mesh, float(whole[2]))
+    plane = _symmetric(fem.Constant(mesh, np.ascontiguousarray(components)), places)
+    return _Stress(plane, along)
+
+
 #: The stress of each law, and that of an anisotropic one by its orientation.
 _STRESS_OF: Mapping[type, Callable[..., _Stress]] = {
     Isotropic: _isotropic,
@@ -194,4 +267,10 @@ _STRESS_OF: Mapping[type, Callable[..., _Stress]] = {
 _IN_AXES_OF: Mapping[type, Callable[..., _Stress]] = {
     Axes: _in_fixed_axes,
     Cylindrical: _in_cylindrical_axes,
+}
+
+#: Thermal stress by the orientation of the axes.
+_THERMAL_IN_AXES_OF: Mapping[type, Callable[..., Expr]] = {
+    Axes: _thermal_in_fixed_axes,
+    Cylindrical: _thermal_in_cylindrical_axes,
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fenics_nnm.materials.elasticity import Law
-from fenics_nnm.materials.orientation import XYZ, Orientation
+from fenics_nnm.materials.orientation import XYZ, Orientation, Three
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +17,8 @@ class Material:
         density: Mass density in kg/m^3.
         orientation: Material axes; without effect on an isotropic law.
         name: Name for messages and listings, empty for one without.
+        expansion: Thermal expansion along the material axes 1, 2, 3 in 1/K; None where it is not
+            known.
         source: Where the values are from, empty for values of the study.
     """
 
@@ -25,6 +27,7 @@ class Material:
     orientation: Orientation = XYZ
     name: str = ""
     source: str = ""
+    expansion: Three | None = None
 
     @property
     def turns(self) -> bool:

@@ -8,6 +8,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.reduction.clusters import groups
 from fenics_nnm.structure.first_contact import FirstContact
+from fenics_nnm.structure.frequencies import Frequencies
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import Study
 
@@ -31,11 +32,8 @@ def describe(prepared: Prepared) -> str:
         f"largest motion   {largest} {when}",
         *linear.groups(),
         "",
-        " mode   frequency (Hz)   motion at contact (kg^-1/2)",
+        *_table(prepared, linear.frequencies()),
     ]
-    for number, hertz in enumerate(prepared.linear_frequencies):
-        reach = np.abs(rest.motion[:, number]).max()
-        lines.append(f"{number + 1:5d}   {hertz:14.6g}   {reach:10.4g}")
     lines += _of_equal_frequency(linear.modes.omega)
     below = linear.modes.checked_below
     if below:
@@ -47,6 +45,35 @@ def _over_all_vertices(first: FirstContact) -> list[str]:
     """How far first contact of the contact points is from that of all vertices of the patches."""
     lines = [f"                 {first}"] if first.limited else []
     return [*lines, f"warning          {first.warning}"] if first.warning else lines
+
+
+def _table(prepared: Prepared, others: Frequencies) -> list[str]:
+    """Frequencies of the modes, and how far they move the contact points."""
+    motion = np.abs(prepared.linear.model.at_rest().motion).max(axis=0)
+    columns = {"frequency (Hz)": prepared.linear_frequencies}
+    if len(others.unloaded):
+        columns["unloaded (Hz)"] = others.unloaded
+    if len(others.gyroscopic):
+        columns["with Coriolis (Hz)"] = others.gyroscopic
+    lines = [f" mode   {'   '.join(columns)}   motion at contact (kg^-1/2)"]
+    for number, reach in enumerate(motion):
+        values = (f"{hertz[number]:{len(name)}.6g}" for name, hertz in columns.items())
+        lines.append(f"{number + 1:5d}   {'   '.join(values)}   {reach:10.4g}")
+    return lines + _coriolis(prepared, others)
+
+
+def _coriolis(prepared: Prepared, others: Frequencies) -> list[str]:
+    """How far Coriolis forces change frequencies, where the body rotates."""
+    if not len(others.gyroscopic):
+        return []
+    own = prepared.linear.modes.frequencies
+    change = np.abs(others.gyroscopic / own - 1)
+    mode = prepared.mode
+    return [
+        "",
+        f"Coriolis forces change the frequency of mode {mode + 1} by a part of "
+        f"{change[mode]:.1e}, of all of them by {change.max():.1e} at most",
+    ]
 
 
 def _of_equal_frequency(omega: Array) -> list[str]:

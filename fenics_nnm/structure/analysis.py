@@ -19,7 +19,7 @@ from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.matrix_structure import MatrixStructure
 from fenics_nnm.structure.mesh_structure import MeshStructure
-from fenics_nnm.structure.motions import harmonic_balance, wanted_motions
+from fenics_nnm.structure.motions import assert_without_coriolis, harmonic_balance, wanted_motions
 from fenics_nnm.structure.prepared import Prepared, prepared
 from fenics_nnm.structure.structure import Linear, Structure
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
@@ -126,6 +126,7 @@ def nonlinear_mode(
     Raises:
         StudyError: if the study names such a motion and none is given, or the other way round.
     """
+    assert_without_coriolis(study)
     if (begin is None) != (study.continuation.beginning is None):
         given = "is not given" if begin is None else "is given"
         raise StudyError(

@@ -13,7 +13,7 @@ from fenics_nnm.errors import GeometryError, ModelError
 from fenics_nnm.fem.direction import Direction
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.fem.patch_sites import Field, Opposite, Patch
+from fenics_nnm.fem.patch_sites import Field, Nearing, Opposite, Patch
 from fenics_nnm.study.contact import ContactSection, PatchesSection, PatchSection
 from fenics_nnm.study.record import fitted
 
@@ -55,7 +55,26 @@ def _patch(key: str, patch: PatchSection, tagged: TaggedMesh) -> Patch:
         count=None if patch.points == "all" else patch.points,
         opposite=opposite,
         averaged=patch.rows == "averaged",
+        nearing=None if patch.gap is None else _nearing(key, patch, tagged.dim),
     )
+
+
+def _nearing(key: str, patch: PatchSection, dim: int) -> Nearing:
+    """How much nearer to an obstacle points come that are moved, which is at a given gap before.
+
+    Towards an axis it is what the distance from it grows by, else the motion along the direction.
+    """
+    if patch.direction != "radial":
+        return lambda points, places, directions: np.sum((places - points) * directions, axis=1)
+    radial = _radial(key, patch, dim)
+    return lambda points, places, directions: radial.distance(places) - radial.distance(points)
+
+
+def _radial(key: str, patch: PatchSection, dim: int) -> Direction:
+    origin = fitted(patch.origin or (0.0,) * dim, dim, f"{key}.origin")
+    out_of_plane = dim == 2 and not any(patch.axis_vector[:2])
+    axis = () if out_of_plane else fitted(patch.axis_vector, dim, f"{key}.axis")
+    return Direction("radial", axis, origin, key)
 
 
 def _gap(key: str, patch: PatchSection, surface: Surface | None) -> Field | None:
@@ -91,10 +110,7 @@ def _direction(key: str, patch: PatchSection, dim: int, surface: Surface | None)
     if patch.direction == "normal":
         return Direction("normal", key=key).at
     if patch.direction == "radial":
-        origin = fitted(patch.origin or (0.0,) * dim, dim, f"{key}.origin")
-        out_of_plane = dim == 2 and not any(patch.axis_vector[:2])
-        axis = () if out_of_plane else fitted(patch.axis_vector, dim, f"{key}.axis")
-        return Direction("radial", axis, origin, key).at
+        return _radial(key, patch, dim).at
     vector = fitted(patch.direction, dim, f"{key}.direction")
     return Direction("vector", vector, key=key).at
 

@@ -11,6 +11,7 @@ from fenics_nnm.response.driven import ResponsePoint, response
 from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import structure_of
+from fenics_nnm.structure.motions import assert_without_coriolis
 from fenics_nnm.study import Study
 
 #: Sections that a response needs, besides those of every study.
@@ -54,6 +55,7 @@ def driven_motions(
 
 
 def _assert_drivable(study: Study) -> None:
+    assert_without_coriolis(study)
     missing = [name for name in _NEEDED if name not in study.driven_sections]
     if missing:
         verb = "is" if len(missing) == 1 else "are"

@@ -23,9 +23,11 @@ from fenics_nnm.fem.linear import (
     driven,
     massless_reduced,
 )
+from fenics_nnm.fem.memory import memory_of_rank
 from fenics_nnm.fem.modal_solver import ModalSolver, modal_solver
 from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fem.solid import Solid, assemble_solid
+from fenics_nnm.fem.static_state import loaded
 from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
@@ -34,7 +36,10 @@ from fenics_nnm.structure.body import body_of, excitations_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.first_contact import FirstContact
+from fenics_nnm.structure.frequencies import Frequencies, frequencies_of
 from fenics_nnm.structure.group_table import facet_counts, group_table
+from fenics_nnm.structure.load_lines import load_lines
+from fenics_nnm.structure.loading import assert_followers_apart, assert_off_axis, loads_of
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
 from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.meshing import tagged_mesh
@@ -84,7 +89,7 @@ class MeshStructure:
 
     def linear(self, comm: MPI.Comm, stages: Stages, *, at_most: int | None = None) -> MeshLinear:
         """As `Structure.linear`: mesh, assemble, find modes and attachment solutions, reduce."""
-        assembled = self._assembled(comm, stages)
+        assembled = self.assembled(comm, stages)
         with stages.stage("factors"):
             found = _modal_solver(self.study, assembled.solid)
         with found as solver:
@@ -92,7 +97,7 @@ class MeshStructure:
 
     def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
         """As `Structure.driven`."""
-        study, assembled = self.study, self._assembled(comm, stages)
+        study, assembled = self.study, self.assembled(comm, stages)
         solid = assembled.solid
         interface = assembled.interface(evenly_spread(assembled.sites))
         report_notes(solid.tagged.notes, comm)
@@ -105,8 +110,8 @@ class MeshStructure:
             with stages.stage("attachments"):
                 return driven(solid, interface, forces, modes, solver)
 
-    def _assembled(self, comm: MPI.Comm, stages: Stages) -> _Assembled:
-        """The body with the vertices that can become contact points."""
+    def assembled(self, comm: MPI.Comm, stages: Stages) -> Assembled:
+        """The body about its static state, with the vertices that can become contact points."""
         study = self.study
         with stages.stage("mesh"):
             tagged = tagged_mesh(study, comm, self.stored)
@@ -114,11 +119,19 @@ class MeshStructure:
             patches = contact_patches(study.contact, tagged)
         with stages.stage("assembly"):
             solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped, clamps)
-            return _Assembled(study, solid, contact_sites(solid, patches))
+            if not study.loaded:
+                return Assembled(study, solid, contact_sites(solid, patches))
+            loads = loads_of(study, tagged.dim)
+            assert_followers_apart(loads, tagged, patches)
+        with stages.stage("static state"):
+            solid = loaded(solid, loads, memory_of_rank(comm, study.solver.memory))
+            sites = contact_sites(solid, patches)
+        assert_off_axis(loads, sites)
+        return Assembled(study, solid, sites)
 
 
 @dataclass(frozen=True, slots=True)
-class _Assembled:
+class Assembled:
     """A body before its contact points are chosen, on all ranks.
 
     Attributes:
@@ -165,7 +178,7 @@ class MeshLinear(LinearAnalysis):
     def with_contact(self, study: MeshStudy) -> MeshLinear | None:
         """As `Linear.with_contact`."""
         patches = contact_patches(study.contact, self.solid.tagged)
-        new = _Assembled(study, self.solid, contact_sites(self.solid, patches))
+        new = Assembled(study, self.solid, contact_sites(self.solid, patches))
         if not _same_rows(new.sites, self.sites):
             return None
         even = evenly_spread(new.sites)
@@ -242,10 +255,15 @@ class MeshLinear(LinearAnalysis):
             *material_lines(solid),
             *attachment_lines(solid, interface),
             *rigid_lines(solid.body.constraints),
+            *load_lines(solid),
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
             f"{'smallest ' * (len(interface.names) > 1)}gap {interface.gap.min():.4g} m",
             *(f"  {patch}" for patch in patch_summaries(interface)),
         ]
+
+    def frequencies(self) -> Frequencies:
+        """As `Linear.frequencies`."""
+        return frequencies_of(self)
 
     def groups(self) -> list[str]:
         """Table of the named groups."""
@@ -272,7 +290,7 @@ class MeshLinear(LinearAnalysis):
 
 
 def _reduced(
-    assembled: _Assembled, solver: ModalSolver, stages: Stages, at_most: int | None
+    assembled: Assembled, solver: ModalSolver, stages: Stages, at_most: int | None
 ) -> MeshLinear:
     """Modes of an assembled body, then its contact points, then its reduced model."""
     study, sites, mode = assembled.study, assembled.sites, assembled.mode
@@ -287,7 +305,7 @@ def _reduced(
 
 
 def _reduced_at(
-    assembled: _Assembled, solver: ModalSolver, modes: LinearModes, count: int, choices: Choices
+    assembled: Assembled, solver: ModalSolver, modes: LinearModes, count: int, choices: Choices
 ) -> MeshLinear:
     """The reduced model with some contact points."""
     study, solid, interface = assembled.study, assembled.solid, assembled.interface(choices)
@@ -311,9 +329,9 @@ def _settled(reduced: Callable[[Choices], MeshLinear], choices: Choices, mode: i
 
 
 def _modal_solver(study: MeshStudy, solid: Solid) -> ModalSolver:
-    """The solver of a study; reductions other than the massless one need factors."""
+    """The solver of a study; reductions other than the massless one and loads need factors."""
     chosen = study.solver.linear
-    if chosen == "auto" and study.reduction.needs_factors:
+    if chosen == "auto" and (study.reduction.needs_factors or study.loaded):
         chosen = "direct"
     return modal_solver(solid, chosen, study.solver.memory)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fenics_nnm.backbone.arc_start import Begin
 from fenics_nnm.backbone.follow import Wanted
 from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.errors import StudyError
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
 from fenics_nnm.study import Study
 
@@ -17,6 +18,19 @@ def wanted_motions(study: Study, begin: Begin | None = None) -> Wanted:
         begin: The motion of an earlier run that a branch followed by its length begins at.
     """
     return study.continuation.wanted(study.mode.harmonic, begin)
+
+
+def assert_without_coriolis(study: Study) -> None:
+    """Refuse a study whose linear modes have Coriolis forces, which motions do not have yet.
+
+    Raises:
+        StudyError: if it is one.
+    """
+    if study.coriolis:
+        raise StudyError(
+            "rotation.coriolis = true: Coriolis forces are part of the linear modes alone "
+            "(fenics-nnm check, fenics-nnm campbell): a nonlinear mode or a response needs false"
+        )
 
 
 def harmonic_balance(study: Study) -> HarmonicBalance:

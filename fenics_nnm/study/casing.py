@@ -102,6 +102,9 @@ class _Round(AnyCasing):
     body: Literal["inside", "outside"] | None = Field(
         None, description='where the body is: "inside" a casing or "outside", around a shaft'
     )
+    growth: Finite = Field(
+        0.0, description="growth of the radius in m at the speed of [rotation], of the casing alone"
+    )
 
     @property
     def word(self) -> str:
@@ -132,7 +135,7 @@ class CylinderSection(_Round):
     radius: Length = Field(description=_RADIUS)
 
     def _about(self, frame: Frame) -> Surface:
-        return Cone(frame, self.radius, 0.0)
+        return Cone(frame, self.radius + self.growth, 0.0)
 
 
 class ConeSection(_Round):
@@ -157,7 +160,7 @@ class ConeSection(_Round):
         return math.tan(math.radians(self.half_angle_deg or 0.0))
 
     def _about(self, frame: Frame) -> Surface:
-        return Cone(frame, self.radius, self.slope)
+        return Cone(frame, self.radius + self.growth, self.slope)
 
     @model_validator(mode="after")
     def _is_given_once(self) -> Self:
@@ -205,7 +208,7 @@ class LobedSection(_Turning):
     def _about(self, frame: Frame) -> Surface:
         profile = self.profile or ()
         radius = LobedRadius(
-            mean=tuple(r for _, r in profile) or (self.radius or 0.0,),
+            mean=tuple(r + self.growth for r in [r for _, r in profile] or [self.radius or 0.0]),
             lobes=self.lobes,
             amplitude=self.amplitude,
             phase=math.radians(self.phase_deg),
@@ -230,7 +233,7 @@ class TableSection(_Turning):
     file: Path = Field(strict=False, description="a .csv file of radii")
 
     def _about(self, frame: Frame) -> Surface:
-        return RadialSurface(frame, read_radii(self.file))
+        return RadialSurface(frame, read_radii(self.file).grown(self.growth))
 
 
 CasingSection = Annotated[

@@ -27,6 +27,7 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.DEGREE: (("degree = ", "body.degree = "), _DIRECT),
     Code.DEGREE_WITHOUT_MEMORY: (("degree = ", "body.degree = "),),
     Code.ELEMENT_SIZE: (("element size = ", "mesh.element_size = "),),
+    Code.EXPANSION: (("no thermal expansion is", "material.expansion: is missing, and none is"),),
     Code.FULL_ORDER_GAP: (("gap = ", "contact.gap = "), _MASSLESS),
     Code.GAP: (("gap ", "contact.gap "),),
     Code.GAP_WITH_FORCES: (("gap = ", "contact.gap = "),),

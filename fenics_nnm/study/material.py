@@ -76,11 +76,13 @@ class IsotropicSection(_MaterialSection):
     young: Positive = Field(description="Young's modulus in Pa")
     poisson: float = Field(0.0, gt=-1, lt=0.5, description="Poisson's ratio, above -1, below 0.5")
     density: Positive = Field(description="mass density in kg/m^3")
+    expansion: Finite | None = Field(None, description="thermal expansion in 1/K")
 
     @property
     def material(self) -> Material:
         """The material that the section means."""
-        return Material(Isotropic(self.young, self.poisson), self.density)
+        expansion = None if self.expansion is None else (self.expansion,) * 3
+        return Material(Isotropic(self.young, self.poisson), self.density, expansion=expansion)
 
 
 class OrthotropicSection(_MaterialSection):
@@ -90,6 +92,9 @@ class OrthotropicSection(_MaterialSection):
     poisson: ThreeFinite = Field(description="[nu12, nu23, nu13]")
     shear: ThreePositive = Field(description="[G12, G23, G13] in Pa")
     density: Positive = Field(description="mass density in kg/m^3")
+    expansion: ThreeFinite | None = Field(
+        None, description="[a1, a2, a3], thermal expansion along the material axes in 1/K"
+    )
     orientation: OrientationSection | None = Field(
         None, description="{ axes }, { euler } or { cylindrical, origin }; the default is x, y, z"
     )
@@ -103,7 +108,7 @@ class OrthotropicSection(_MaterialSection):
     def material(self) -> Material:
         """The material that the section means."""
         law = Orthotropic(self.young, self.poisson, self.shear)
-        return Material(law, self.density, _axes(self.orientation))
+        return Material(law, self.density, _axes(self.orientation), expansion=self.expansion)
 
 
 class NamedSection(_MaterialSection):

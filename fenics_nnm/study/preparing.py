@@ -21,6 +21,9 @@ def prepared(values: dict[str, Any], folder: Path, listed: Iterable[str]) -> dic
         _prepare(part, folder)
         for patch in _tables(part, ("patch",)):
             _prepare(patch, folder)
+    for load in _tables(values, ("load",)):
+        for part in _tables(load, ("pressure", "force")):
+            _prepare(part, folder)
     paths = {
         "mesh": ("file", "sections", "hub", "casing"),
         "matrices": _matrix_files(values.get("matrices")),

@@ -26,6 +26,7 @@ from fenics_nnm.study.driven import (
     ResponseSection,
 )
 from fenics_nnm.study.groups import GroupSection
+from fenics_nnm.study.loading import LoadSection, RotationSection
 from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
 from fenics_nnm.study.mesh import CadFile, MeshFile
@@ -215,6 +216,11 @@ class _SprungStudy(_AnyStudy):
         return False
 
     @property
+    def coriolis(self) -> bool:
+        """Whether Coriolis forces belong to the linear modes; without rotation there are none."""
+        return False
+
+    @property
     def driven_sections(self) -> tuple[str, ...]:
         """Sections that `fenics-nnm response` alone reads, of those that the study has."""
         names = ("damping", "excitation", "response")
@@ -256,6 +262,8 @@ class MeshStudy(_SprungStudy):
     spring: tuple[SpringSection, ...] = ()
     rigid: tuple[RigidSection, ...] = ()
     excitation: tuple[ExcitationSection, ...] = ()
+    rotation: RotationSection | None = None
+    load: LoadSection | None = None
     clamp: Clamps = ()
     contact: ContactSection | PatchesSection
     reduction: ReductionSection = MasslessSection()
@@ -266,6 +274,21 @@ class MeshStudy(_SprungStudy):
     def cubic(self) -> bool:
         """Whether there are springs with a cubic stiffness."""
         return any(each.cubic for each in self.spring)
+
+    @property
+    def loaded(self) -> bool:
+        """Whether something loads the body steadily."""
+        return self.load is not None or self.speed != 0
+
+    @property
+    def coriolis(self) -> bool:
+        """Whether Coriolis forces belong to the linear modes."""
+        return self.rotation is not None and self.rotation.coriolis
+
+    @property
+    def speed(self) -> float:
+        """Speed of rotation in rad/s."""
+        return self.rotation.omega if self.rotation else 0.0
 
     @property
     def clamped(self) -> tuple[str, ...]:
@@ -296,6 +319,35 @@ class MeshStudy(_SprungStudy):
         return self
 
     @model_validator(mode="after")
+    def _casings_grow_at_speed(self) -> MeshStudy:
+        for key, patch in self.contact.patches.items():
+            growth = getattr(patch.casing, "growth", 0.0)
+            if growth and not self.speed:
+                raise ValueError(
+                    f"{key}.casing.growth = {growth:g}: is that at the speed of [rotation]: needs "
+                    "rotation.speed or rotation.rpm, not zero"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _loads_fit(self) -> MeshStudy:
+        key = "rotation" if self.rotation else "load"
+        if self.rotation is None and self.load is None:
+            return self
+        if not self.clamp and not self.spring:
+            raise ValueError(
+                f"{key}: needs a body that is held: [clamp] or [[spring]] must hold it, or the "
+                "loads carry it away"
+            )
+        if self.cubic:
+            raise ValueError(f"{key}: does not go with spring.cubic: springs must be linear")
+        if self.solver.linear == "iterative":
+            raise ValueError(
+                f'{key}: needs factors of the stiffness: solver.linear must be "direct" or "auto"'
+            )
+        return self
+
+    @model_validator(mode="after")
     def _materials_have_cells(self) -> MeshStudy:
         for number, section in enumerate(self.material, start=1):
             if len(self.material) > 1 and section.cells is None:
@@ -310,7 +362,18 @@ class MatrixStudy(_SprungStudy):
     """All that a run of matrices of another code needs to know; SI units."""
 
     absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("mesh", "groups", "body", "material", "clamp", "mass", "rigid", "solver"),
+        (
+            "mesh",
+            "groups",
+            "body",
+            "material",
+            "clamp",
+            "mass",
+            "rigid",
+            "solver",
+            "rotation",
+            "load",
+        ),
         "does not go with [matrices], which hold the whole structure, held by its clamp",
     )
 

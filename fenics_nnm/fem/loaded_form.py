@@ -1,0 +1,132 @@
+"""What steady loads and large deflection add to the linear equations of a body, in UFL.
+
+Total Lagrangian, St. Venant and Kirchhoff's law S = C : (E - E_T) with Green and Lagrange's strain
+E = sym(grad u) + grad u^T grad u / 2, about the unloaded body. With P the projection normal to
+the axis of rotation and o a point on it, the residual is
+
+    r(u; v) = int S : sym(F^T grad v) dx - Omega^2 int rho P (X - o + u) . v dx - pressures
+
+(for instance Bonet and Wood, Nonlinear Continuum Mechanics, 2nd ed., chapter 8). It is split into
+K u, with the stiffness that is assembled anyway, and the rest N(u; v), which is here: its internal
+part is free of terms that are linear in u, so that K + dN/du is K to the last bit without loads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+
+from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.loads import Loads, Pressure, Rotation
+from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.stress import Expr, stress_of_strain, thermal_stress
+from fenics_nnm.materials.material import Material
+
+
+def rest_form(solid: Solid, loads: Loads, u: fem.Function, level: fem.Constant) -> Expr:
+    """N(u; v): the residual without K u, point forces and what is attached.
+
+    Args:
+        solid: Assembled body, without loads.
+        loads: Loads.
+        u: Displacement in m.
+        level: Part of the loads that acts, from 0 to 1.
+
+    Raises:
+        MeshError: if a pressure acts inside the body, or on facets that are not there.
+        ModelError: if a material has no thermal expansion where there is a temperature.
+    """
+    v = ufl.TestFunction(solid.space)
+    form = large_deflection(solid, u, v)
+    if loads.warming:
+        form -= _thermal(solid, loads.warming, u, v, level)
+    if loads.rotation is not None and loads.speed:
+        form -= _centrifugal(solid, loads.rotation, u, v, level)
+    for pressure in loads.pressures:
+        form += _pressing(solid, pressure, u, v, level)
+    return form
+
+
+def large_deflection(solid: Solid, u: fem.Function, v: Expr) -> Expr:
+    """Int S(E) : sym(F^T grad v) - S(sym grad u) : sym(grad v) dx, without cancellation."""
+    mesh, theory = solid.tagged.mesh, solid.body.theory
+    extent = fem.Constant(mesh, float(solid.body.extent))
+    slope, test = ufl.grad(u), ufl.grad(v)
+    second = slope.T * slope / 2
+    whole = ufl.sym(slope) + second
+
+    def integrand(material: Material) -> Expr:
+        def stress(strain: Expr) -> Expr:
+            return stress_of_strain(strain, material, theory, mesh)
+
+        turning = ufl.inner(stress(whole), ufl.sym(slope.T * test))
+        return extent * (turning + ufl.inner(stress(second), ufl.sym(test)))
+
+    return _integral(solid, integrand)
+
+
+def _thermal(solid: Solid, warming: float, u: fem.Function, v: Expr, level: fem.Constant) -> Expr:
+    """Int (C : E_T) : sym(F^T grad v) dx."""
+    mesh, theory = solid.tagged.mesh, solid.body.theory
+    factor = level * fem.Constant(mesh, float(solid.body.extent * warming))
+    F = ufl.Identity(solid.tagged.dim) + ufl.grad(u)
+    change = ufl.sym(F.T * ufl.grad(v))
+    return _integral(
+        solid,
+        lambda material: factor * ufl.inner(thermal_stress(material, theory, mesh), change),
+    )
+
+
+def _centrifugal(
+    solid: Solid, rotation: Rotation, u: fem.Function, v: Expr, level: fem.Constant
+) -> Expr:
+    """Omega^2 int rho P (X - o + u) . v dx."""
+    mesh, dim = solid.tagged.mesh, solid.tagged.dim
+    P = fem.Constant(mesh, np.ascontiguousarray(rotation.normal[:dim, :dim]))
+    x, origin = ufl.SpatialCoordinate(mesh), rotation.origin
+    moved = ufl.as_vector([x[i] - float(origin[i]) + u[i] for i in range(dim)])
+    force = ufl.dot(P * moved, v)
+
+    def integrand(material: Material) -> Expr:
+        value = material.density * solid.body.extent * rotation.speed**2
+        return level * fem.Constant(mesh, float(value)) * force
+
+    return solid.regions.integral(integrand, solid.body.degree)
+
+
+def _pressing(
+    solid: Solid, pressure: Pressure, u: fem.Function, v: Expr, level: fem.Constant
+) -> Expr:
+    """Int p n . v dA on the surface as it was, or on the deformed one by Nanson's relation."""
+    mesh, dim = solid.tagged.mesh, solid.tagged.dim
+    normal = ufl.FacetNormal(mesh)
+    if pressure.follower and dim > 1:
+        F = ufl.Identity(dim) + ufl.grad(u)
+        normal = ufl.det(F) * ufl.inv(F).T * normal
+    ds = _facets(solid, pressure)(degree=4 * solid.body.degree)
+    factor = level * fem.Constant(mesh, float(pressure.value * solid.body.extent))
+    return factor * ufl.dot(normal, v) * ds
+
+
+def _facets(solid: Solid, pressure: Pressure) -> ufl.Measure:
+    tagged, what = solid.tagged, f"{pressure.key}.facets"
+    facets, mesh = tagged.facets_of(pressure.facets, what), tagged.mesh
+    outside = np.isin(facets, dmesh.exterior_facet_indices(mesh.topology))
+    owned = facets < mesh.topology.index_map(tagged.dim - 1).size_local
+    inside = int(mesh.comm.allreduce(int(np.count_nonzero(owned & ~outside))))
+    if inside:
+        raise MeshError(f"{what}: {inside} facets lie inside the body: must be on its surface")
+    tags = dmesh.meshtags(mesh, tagged.dim - 1, facets, np.ones(len(facets), dtype=np.int32))
+    return ufl.Measure("ds", domain=mesh, subdomain_data=tags)(1)
+
+
+def _integral(solid: Solid, integrand: Callable[[Material], Expr]) -> Expr:
+    """Integral over all materials, with points for terms of the fourth degree in grad u.
+
+    UFL counts degrees itself, but of axes that turn, of which it knows too little.
+    """
+    return solid.regions.integral(integrand, 2 * solid.body.degree)

@@ -1,0 +1,105 @@
+"""Residual and tangent stiffness of a body under steady loads, assembled."""
+
+from __future__ import annotations
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem.petsc import assemble_matrix, assemble_vector
+from petsc4py import PETSc
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.fem.loaded_form import rest_form
+from fenics_nnm.fem.loads import Loads
+from fenics_nnm.fem.point_loads import point_loads
+from fenics_nnm.fem.solid import Solid
+
+
+class LoadedResidual:
+    """r(u) = K u + N(u) - level (f + D u), and its derivative by u.
+
+    Attributes:
+        displacement: u in m.
+        tangent: The derivative where it was assembled last, its symmetric part.
+        asymmetry: Norm of the other part over that of the derivative of N.
+    """
+
+    def __init__(self, solid: Solid, loads: Loads) -> None:
+        """Prepare for a body, without loads yet.
+
+        Args:
+            solid: Assembled body, without loads.
+            loads: Loads.
+
+        Raises:
+            MeshError, ModelError: if a load does not go with the body.
+        """
+        self._solid, self._loads = solid, loads
+        self.displacement = fem.Function(solid.space)
+        self._level = fem.Constant(solid.tagged.mesh, 0.0)
+        form = rest_form(solid, loads, self.displacement, self._level)
+        self._rest = fem.form(form)
+        self._slope = fem.form(ufl.derivative(form, self.displacement))
+        self._points = point_loads(solid, loads)
+        self.tangent: PETSc.Mat = solid.stiffness.copy()
+        self.asymmetry = 0.0
+
+    @property
+    def owned(self) -> Array:
+        """U at the owned degrees of freedom, to read; `move` changes it."""
+        values: Array = self.displacement.x.array[: self._solid.owned]
+        return values
+
+    def apply(self, level: float) -> None:
+        """Let a part of the loads act, from 0 to 1."""
+        self._level.value = level
+
+    def move(self, displacement: Array) -> None:
+        """Set u at the owned degrees of freedom."""
+        self.displacement.x.array[: self._solid.owned] = displacement
+        self.displacement.x.scatter_forward()
+
+    def norm(self, owned: Array) -> float:
+        """Euclidean norm of values at the owned degrees of freedom."""
+        return float(np.sqrt(self._solid.tagged.mesh.comm.allreduce(owned @ owned)))
+
+    def value(self) -> Array:
+        """r(u) in N at the owned degrees of freedom, zero where they are held."""
+        rest = assemble_vector(self._rest)
+        rest.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        moved, pulled = self._solid.stiffness.createVecs()
+        moved.array[:] = self.owned
+        self._solid.stiffness.mult(moved, pulled)
+        points = float(self._level.value) * self._points.forces(self.owned)
+        found = rest.array + pulled.array - points
+        found[self._solid.clamped[self._solid.clamped < self._solid.owned]] = 0.0
+        for each in (rest, moved, pulled):
+            each.destroy()
+        return np.asarray(found)
+
+    def assemble(self) -> PETSc.Mat:
+        """The symmetric part of K + dN/du - level D, as `tangent`."""
+        same = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+        slope = assemble_matrix(self._slope, self._solid.held, 0.0)
+        slope.assemble()
+        self._points.add_slope(slope, -float(self._level.value))
+        if self._loads.follows:
+            self.asymmetry = _made_symmetric(slope)
+        self._solid.stiffness.copy(self.tangent, same)
+        self.tangent.axpy(1.0, slope, same)
+        self.tangent.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        slope.destroy()
+        return self.tangent
+
+
+def _made_symmetric(matrix: PETSc.Mat) -> float:
+    """Replace a matrix by its symmetric part; the norm of the other one over its own."""
+    same = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+    whole = float(matrix.norm())
+    difference = PETSc.Mat()
+    matrix.transpose(difference)
+    difference.axpy(-1.0, matrix, same)
+    matrix.axpy(0.5, difference, same)
+    part = float(difference.norm()) / 2
+    difference.destroy()
+    return part / whole if whole else 0.0

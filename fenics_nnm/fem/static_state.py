@@ -1,0 +1,173 @@
+"""Static state of a body under steady loads, geometrically exact, by Newton's method.
+
+The loads are applied in steps: all at once where that goes, else in parts as large as Newton's
+method takes. A step is refused if it does not converge, ends where the tangent stiffness is not
+positive definite (the body buckles on the way), or goes much farther than its linear prediction (it
+snaps through to another state).
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+from petsc4py import PETSc
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ConvergenceError, ModelError, OutOfMemoryError
+from fenics_nnm.fem.block import solved
+from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
+from fenics_nnm.fem.loaded_residual import LoadedResidual
+from fenics_nnm.fem.loads import Loads
+from fenics_nnm.fem.parallel import HeldTogether
+from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.state import StaticState
+from fenics_nnm.fem.system import FreeSystem
+
+logger = logging.getLogger(__name__)
+
+#: Newton's method has converged when a step is this part of the displacement, as the next one
+#: would be its square; with follower pressures, whose stiffness is made symmetric, it is slower.
+_ACCURACY, _ACCURACY_FOLLOWING = 1e-7, 1e-11
+
+#: It diverges when a step is so many times its first one; it fails after so many steps.
+_DIVERGING, _MOST_STEPS = 1e6, 25
+
+#: A step of the load that moves the body by more than this times its linear prediction is halved.
+_FARTHER = 3.0
+
+#: The smallest part of the loads that is applied at once.
+_LEAST = 2.0**-9
+
+
+class _Refused(Exception):
+    """A load step that does not lead to a state to go on from; its text says why."""
+
+
+def loaded(solid: Solid, loads: Loads, memory: float | None = None) -> Solid:
+    """A body about its state under loads, with its tangent stiffness there; called on all ranks.
+
+    Args:
+        solid: Assembled body, without loads.
+        loads: Loads.
+        memory: Memory in bytes that a rank may take for factors; no limit if None.
+
+    PETSc options take the prefix `nnm_static_`.
+
+    Raises:
+        ConvergenceError: if the loads cannot be applied in full; it says which part of them can.
+        MeshError, ModelError: if a load does not go with the body.
+    """
+    if solid.system.keys:
+        raise ModelError(
+            f"{solid.system.keys[0]}: constraints do not go with steady loads ([rotation], [load]), "
+            "under which a body turns too far for them"
+        )
+    with _Newton(solid, loads, memory) as newton:
+        return newton.loaded()
+
+
+class _Newton(HeldTogether):
+    """Newton's method for the residual of a body."""
+
+    def __init__(self, solid: Solid, loads: Loads, memory: float | None) -> None:
+        super().__init__(solid.tagged.mesh.comm)
+        self._solid, self._loads, self._memory = solid, loads, memory
+        self._residual = LoadedResidual(solid, loads)
+        self._ksp = PETSc.KSP().create(solid.stiffness.comm)
+        self._ksp.setOptionsPrefix("nnm_static_")
+        use_mumps(self._ksp, (ROOT_ALONE,))
+        self._accuracy = _ACCURACY_FOLLOWING if loads.follows else _ACCURACY
+        self._steps = 0
+
+    def release(self) -> None:
+        """Free the factorisation."""
+        self._ksp.destroy()
+
+    def loaded(self) -> Solid:
+        """The body about its state under all loads."""
+        reached, step, count = 0.0, 1.0, 0
+        while reached < 1.0:
+            level, before = min(1.0, reached + step), self._residual.owned.copy()
+            try:
+                self._apply(level)
+            except _Refused as refusal:
+                self._residual.move(before)
+                step /= 2
+                if step < _LEAST:
+                    raise _failure(reached, refusal) from refusal
+                logger.info("loads in steps of %g, as %s", step, refusal)
+                continue
+            reached, count, step = level, count + 1, 2 * step
+        return self._about(count)
+
+    def _about(self, load_steps: int) -> Solid:
+        """The body about its present state."""
+        residual = self._residual
+        stiffness = residual.assemble()
+        state = StaticState(
+            loads=self._loads,
+            displacement=residual.displacement,
+            unloaded=self._solid.stiffness,
+            newton_steps=self._steps,
+            load_steps=load_steps,
+            asymmetry=residual.asymmetry,
+        )
+        system = FreeSystem(stiffness, self._solid.mass)
+        return replace(self._solid, stiffness=stiffness, system=system, state=state)
+
+    def _apply(self, level: float) -> None:
+        """Newton's method at a part of the loads, from the displacement before.
+
+        Raises:
+            _Refused: if it leads nowhere.
+        """
+        residual = self._residual
+        residual.apply(level)
+        before, predicted = residual.owned.copy(), np.inf
+        for _ in range(_MOST_STEPS):
+            change = self._change()
+            moved = residual.norm(change)
+            predicted = min(predicted, moved) if np.isinf(predicted) else predicted
+            if not np.isfinite(moved) or moved > _DIVERGING * predicted:
+                raise _Refused("Newton's method diverges")
+            residual.move(residual.owned + change)
+            self._steps += 1
+            if moved <= self._accuracy * residual.norm(residual.owned):
+                break
+        else:
+            raise _Refused("Newton's method does not converge")
+        if residual.norm(residual.owned - before) > _FARTHER * predicted:
+            raise _Refused("the body snaps through")
+        if self._negative:
+            raise _Refused("the body buckles")
+
+    def _change(self) -> Array:
+        """One step of Newton's method at the owned degrees of freedom.
+
+        Raises:
+            _Refused: if the tangent stiffness is singular.
+            OutOfMemoryError: if there is too little memory for its factors.
+        """
+        self._ksp.setOperators(self._residual.assemble())
+        try:
+            with limited_memory(self._ksp, self._memory):
+                factorise(self._ksp)
+        except OutOfMemoryError:
+            raise
+        except ConvergenceError as error:
+            raise _Refused("its tangent stiffness is singular") from error
+        return solved(self._ksp, -self._residual.value()[:, None])[:, 0]
+
+    @property
+    def _negative(self) -> int:
+        """Number of negative eigenvalues of the tangent stiffness that was factorised last."""
+        return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(12))
+
+
+def _failure(reached: float, why: _Refused) -> ConvergenceError:
+    return ConvergenceError(
+        f"static state: the loads can be applied up to {reached:.1%} of [rotation] and [load]: "
+        f"beyond that {why}: must be less, or the body stiffer"
+    )

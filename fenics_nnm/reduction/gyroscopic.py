@@ -1,0 +1,35 @@
+"""Frequencies of modes that a gyroscopic matrix couples."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ModelError
+
+#: Part of a gyroscopic matrix that may be symmetric, by round-off.
+_SKEW = 1e-8
+
+
+def gyroscopic_frequencies(omega: Array, G: Array) -> Array:
+    r"""Circular frequencies of q'' + G q' + diag(omega^2) q = 0 in rad/s, ascending, shape (J,).
+
+    With y = (omega q, q') the equations are y' = S y,
+
+        S = [[0, diag(omega)], [-diag(omega), -G]],
+
+    which is skew, so that i S is Hermitian: its eigenvalues are the frequencies and their
+    negatives (L. Meirovitch, Computational Methods in Structural Dynamics, 1980, section 3.6).
+
+    Args:
+        omega: Circular frequencies without gyroscopic forces in rad/s, shape (J,).
+        G: Gyroscopic matrix in 1/s, skew, shape (J, J).
+
+    Raises:
+        ModelError: if G is not skew.
+    """
+    if np.abs(G + G.T).max(initial=0.0) > _SKEW * np.abs(G).max(initial=0.0):
+        raise ModelError("gyroscopic matrix: must be skew, G^T = -G")
+    count, stiffness = len(omega), np.diag(omega)
+    S = np.block([[np.zeros((count, count)), stiffness], [-stiffness, -(G - G.T) / 2]])
+    return np.asarray(np.linalg.eigvalsh(1j * S)[count:])

@@ -1,0 +1,107 @@
+"""Sections of the study file about rotation and steady loads, and what makes no sense in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import BEAM, PLATE, ROD, Ended, changed
+
+from fenics_nnm.errors import StudyError
+from fenics_nnm.study import MeshStudy, study_from
+
+StudyFile = Callable[..., Path]
+Command = Callable[..., Ended]
+
+SPIN = {"axis": "z", "speed": 10.0}
+
+
+def test_speed_in_turns_per_minute() -> None:
+    study = study_from(changed(ROD, {"rotation": {"axis": "z", "rpm": 30.0}}), Path("s.toml"))
+    assert isinstance(study, MeshStudy)
+    assert study.speed == pytest.approx(np.pi)
+
+
+CASING = {"shape": "cylinder", "axis": "z", "radius": 2.0, "growth": 1e-4}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"rotation": {"axis": "z"}}, "rotation.speed, rpm: must have one of the two"),
+        ({"rotation": {**SPIN, "rpm": 3.0}}, "rotation.speed, rpm: must have one of the two"),
+        ({"rotation": {"axis": [0.0, 0.0, 0.0], "speed": 1.0}}, "must not be zero"),
+        ({"rotation": {"axis": "z", "speed": 0.0, "coriolis": True}}, "has no effect without"),
+        ({"rotation": SPIN, "clamp": None}, "needs a body that is held"),
+        ({"rotation": SPIN, "solver": {"linear": "iterative"}}, "quadratic|needs factors"),
+        (
+            {"rotation": SPIN, "spring": [{"at": [1.0], "cubic": [1e9]}]},
+            "rotation: does not go with spring.cubic",
+        ),
+        ({"load": {}}, r"load.must have temperature, \[\[load.pressure\]\] or"),
+        ({"load": {"reference_temperature": 300.0}}, "has no effect without temperature"),
+        ({"load": {"temperature": 293.15}}, "is reference_temperature, so has no effect"),
+        ({"load": {"pressure": [{"facets": "right", "pressure": 0.0}]}}, "must not be zero"),
+        ({"load": {"force": [{"force": [1.0]}]}}, "at, facets: must have one of the two"),
+        ({"contact": {"gap": None, "casing": CASING, "direction": [1.0]}}, "growth = 0.0001: is"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(StudyError, match=words) as error:
+        study_from(changed(ROD, changes), Path("study.toml"))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("base", "changes", "words"),
+    [
+        (ROD, {"rotation": {"axis": "x", "speed": 1.0}}, "speed has no effect"),
+        (ROD, {"rotation": {**SPIN, "origin": [0.0, 1.0, 0.0]}}, "leaves the 1 dimensions"),
+        (PLATE, {"rotation": {"axis": [1.0, 0.0, 1.0], "speed": 1.0}}, "leaves the 2 dimensions"),
+        (ROD, {"rotation": {**SPIN, "origin": [1.0, 0.0, 0.0]}}, "rotation.axis: runs through"),
+        (ROD, {"load": {"temperature": 300.0}}, "material.expansion: is missing"),
+        (ROD, {"load": {"force": [{"facets": "left", "force": [1.0]}]}}, "on what is clamped"),
+        (
+            PLATE,
+            {"load": {"pressure": [{"facets": "right", "pressure": 1.0, "follower": True}]}},
+            "must not act on facets that touch",
+        ),
+        (
+            BEAM,
+            {"load": {"pressure": [{"facets": "nowhere", "pressure": 1.0}]}},
+            "load.pressure[1].facets",
+        ),
+    ],
+)
+def test_what_does_not_go_with_the_body_is_refused(
+    base: dict[str, Any],
+    changes: dict[str, Any],
+    words: str,
+    study_file: StudyFile,
+    command: Command,
+) -> None:
+    command("check", study_file(base, **changes)).assert_one_line(2, words)
+
+
+def test_loads_that_cannot_be_applied_end_with_the_part_that_can(
+    study_file: StudyFile, command: Command
+) -> None:
+    """A rod of St. Venant and Kirchhoff bears E A / (3 sqrt(3)) at most when it is pressed."""
+    largest = 2.1e11 * 9e-4 / (3 * 3**0.5)
+    study = study_file(ROD, load={"force": [{"at": [1.0], "force": [-2 * largest]}]})
+    command("check", study).assert_one_line(1, "static state: the loads can be applied up to 49.")
+
+
+def test_coriolis_forces_are_no_part_of_nonlinear_modes(
+    study_file: StudyFile, command: Command
+) -> None:
+    study = study_file(PLATE, rotation={**SPIN, "speed": 300.0, "coriolis": True})
+    command("run", study).assert_one_line(2, "rotation.coriolis = true")
+    shown = command("check", study)
+    assert shown.code == 0
+    assert "with Coriolis (Hz)" in shown.out and "unloaded (Hz)" in shown.out
+    assert "rotation         300 rad/s" in shown.out
+    assert "static state     largest displacement" in shown.out

@@ -5,16 +5,23 @@ from __future__ import annotations
 import numpy as np
 from dolfinx.fem import form
 from dolfinx.fem.petsc import assemble_matrix
+from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.attachments import add_at_vertex, spread_form
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.loads import Rotation
 from fenics_nnm.fem.solid import Solid, inertia_form
+from fenics_nnm.reduction.attached import enriched
+from fenics_nnm.reduction.gyroscopic import gyroscopic_frequencies
+from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.operators import Operators
 
 
-def gyroscopic_matrix(solid: Solid, rotation: Rotation, shapes: Array) -> Array:
-    """G_ij = 2 Omega int rho phi_i . (e x phi_j) dx in 1/s, skew, shape (J, J); on all ranks.
+def coriolis_forces(solid: Solid, rotation: Rotation, shapes: Array) -> Array:
+    """2 Omega int rho v . (e x phi_j) dx, shape (n_owned, J), zero where the body is held.
+
+    They are the Coriolis forces, but for their sign, per unit rate of shapes; on all ranks.
 
     Args:
         solid: Assembled body.
@@ -25,9 +32,34 @@ def gyroscopic_matrix(solid: Solid, rotation: Rotation, shapes: Array) -> Array:
     turned = np.einsum(
         "ab,nbj->naj", rotation.spin[:dim, :dim], shapes.reshape(-1, dim, shapes.shape[1])
     )
-    pulled = _inertia(solid, turned.reshape(shapes.shape))
-    G = 2 * rotation.speed * solid.tagged.mesh.comm.allreduce(shapes.T @ pulled)
-    return np.asarray((G - G.T) / 2)
+    forces = 2 * rotation.speed * _inertia(solid, turned.reshape(shapes.shape))
+    forces[solid.clamped[solid.clamped < solid.owned]] = 0.0
+    return np.asarray(forces)
+
+
+def coriolis_frequencies(
+    solid: Solid, rotation: Rotation, modes: LinearModes, operators: Operators
+) -> Array:
+    """Circular frequencies with Coriolis forces in rad/s, one for each mode; on all ranks.
+
+    The modes alone bring the motion along the span that these forces of a bending blade excite
+    slowly, so that their static displacements under the forces are added to them.
+
+    Args:
+        solid: Assembled body.
+        rotation: Rotation.
+        modes: Modes without Coriolis forces.
+        operators: Products of the body.
+
+    Raises:
+        ModelError: if a shape that is added moves no mass.
+    """
+    forces = coriolis_forces(solid, rotation, modes.shapes)
+    if not solid.tagged.mesh.comm.allreduce(bool(forces.any()), op=MPI.LOR):
+        return modes.omega
+    whole = enriched(modes.omega, modes.shapes, forces, operators)
+    G = operators.inner(whole.shapes, coriolis_forces(solid, rotation, whole.shapes))
+    return gyroscopic_frequencies(whole.omega, (G - G.T) / 2)[: len(modes.omega)]
 
 
 def _inertia(solid: Solid, columns: Array) -> Array:

@@ -69,7 +69,7 @@ def massless_reduced(
     forces = interface.unit_forces(solid.owned)
     attachments = solver.static(forces)
     _assert_apart(solid, forces, attachments)
-    operators, points = _operators(solid, interface, solver), attached_points(solid)
+    operators, points = operators_of(solid, interface, solver), attached_points(solid)
     return massless_reduction(
         modes.omega, modes.shapes, attachments, interface.gap, operators, points
     )
@@ -89,7 +89,7 @@ def driven(
         ModelError: if the point of a force moves no mass.
     """
     excited = np.column_stack([force_row(solid, force) for force in forces])
-    operators = _operators(solid, interface, solver)
+    operators = operators_of(solid, interface, solver)
     return driven_basis(modes, attached_points(solid), excited, interface.gap, operators)
 
 
@@ -115,7 +115,7 @@ def craig_bampton_reduced(
     attachments = solver.static(forces)
     _assert_apart(solid, forces, attachments)
     basis = np.hstack([attachments, solver.fixed_interface_modes(forces, attachments, count)])
-    return craig_bampton_reduction(basis, interface.gap, _operators(solid, interface, solver))
+    return craig_bampton_reduction(basis, interface.gap, operators_of(solid, interface, solver))
 
 
 def _assert_apart(solid: Solid, forces: Array, attachments: Array) -> None:
@@ -132,7 +132,8 @@ def _assert_apart(solid: Solid, forces: Array, attachments: Array) -> None:
         )
 
 
-def _operators(solid: Solid, interface: ContactInterface, solver: ModalSolver) -> Operators:
+def operators_of(solid: Solid, interface: ContactInterface, solver: ModalSolver) -> Operators:
+    """Products of a body, which a reduction asks for."""
     comm = solid.tagged.mesh.comm
     return Operators(
         stiffness=lambda columns: product(solid.stiffness, columns),

@@ -21,10 +21,13 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from fenics_nnm.errors import MeshError
+from fenics_nnm.fem.compat import coordinate_element
 from fenics_nnm.fem.loads import Loads, Pressure, Rotation
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.stress import Expr, stress_of_strain, thermal_stress
 from fenics_nnm.materials.material import Material
+
+_SIMPLICES = ("interval", "triangle", "tetrahedron")
 
 
 def rest_form(solid: Solid, loads: Loads, u: fem.Function, level: fem.Constant) -> Expr:
@@ -95,7 +98,8 @@ def _centrifugal(
         value = material.density * solid.body.extent * rotation.speed**2
         return level * fem.Constant(mesh, float(value)) * force
 
-    return solid.regions.integral(integrand, solid.body.degree)
+    points = 2 * solid.body.degree + (coordinate_element(mesh).degree > 1)
+    return solid.regions.integral(integrand, solid.body.degree, points)
 
 
 def _pressing(
@@ -127,6 +131,12 @@ def _facets(solid: Solid, pressure: Pressure) -> ufl.Measure:
 def _integral(solid: Solid, integrand: Callable[[Material], Expr]) -> Expr:
     """Integral over all materials, with points for terms of the fourth degree in grad u.
 
-    UFL counts degrees itself, but of axes that turn, of which it knows too little.
+    On simplices with straight edges these are polynomials of degree 4 (p - 1). On other cells they
+    are none, and a rule that is exact for two degrees more than mass and stiffness need is taken.
     """
-    return solid.regions.integral(integrand, 2 * solid.body.degree)
+    degree = solid.body.degree
+    mesh = solid.tagged.mesh
+    straight = mesh.topology.cell_name() in _SIMPLICES and coordinate_element(mesh).degree == 1
+    turns = any(material.turns for material, _ in solid.regions.parts)
+    points = 4 * (degree - 1) if straight and not turns else 2 * degree + 2
+    return solid.regions.integral(integrand, degree, points)

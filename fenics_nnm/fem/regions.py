@@ -43,12 +43,16 @@ class Regions:
     mesh: dmesh.Mesh
     parts: tuple[tuple[Material, Indices], ...]
 
-    def integral(self, integrand: Callable[[Material], Expr], degree: int) -> Expr:
+    def integral(
+        self, integrand: Callable[[Material], Expr], degree: int, quadrature: int | None = None
+    ) -> Expr:
         """Sum of integrals over the regions of what a function gives for their materials.
 
         Args:
             integrand: From a material to the integrand.
             degree: Polynomial degree of the displacement.
+            quadrature: Degree of polynomials that are integrated exactly; by default what UFL
+                finds, which is too much for products of many factors in hexahedra.
         """
         dx = ufl.Measure("dx", domain=self.mesh)
         if len(self.parts) > 1:
@@ -56,7 +60,9 @@ class Regions:
         terms = []
         for number, (material, _) in enumerate(self.parts):
             part = dx(number) if len(self.parts) > 1 else dx
-            if material.turns:
+            if quadrature is not None:
+                part = part(degree=quadrature)
+            elif material.turns:
                 # turned axes are no polynomials: UFL's own guess of their degree is far too high
                 part = part(degree=2 * degree + 2)
             terms.append(integrand(material) * part)

@@ -49,4 +49,6 @@ def _material(name: str, values: dict[str, Any]) -> Material:
         law = Orthotropic(*(tuple(values[key]) for key in ("young", "poisson", "shear")))
     else:
         law = Isotropic(values["young"], values["poisson"])
-    return Material(law, values["density"], name=name, source=values["source"])
+    expansion = values["expansion"]
+    along = tuple(expansion) if isinstance(expansion, list) else (expansion,) * 3
+    return Material(law, values["density"], name=name, source=values["source"], expansion=along)

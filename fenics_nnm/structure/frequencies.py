@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.gyroscopic import gyroscopic_matrix
-from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.fem.gyroscopic import coriolis_frequencies
+from fenics_nnm.fem.linear import LinearAnalysis, operators_of
 from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.system import FreeSystem
-from fenics_nnm.reduction.gyroscopic import gyroscopic_frequencies
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +19,7 @@ class Frequencies:
 
     Attributes:
         unloaded: Without steady loads, shape (J,).
-        gyroscopic: About the static state with Coriolis forces projected on the modes, shape (J,);
+        gyroscopic: About the static state with Coriolis forces, shape (J,);
             empty without speed.
     """
 
@@ -33,12 +32,12 @@ def frequencies_of(analysis: LinearAnalysis) -> Frequencies:
     solid, state = analysis.solid, analysis.solid.state
     if state is None:
         return Frequencies(np.empty(0), np.empty(0))
-    modes = analysis.modes
-    K = state.unloaded
+    modes, rotation, K = analysis.modes, state.loads.rotation, state.unloaded
     with DirectModalSolver(replace(solid, stiffness=K, system=FreeSystem(K, solid.mass))) as solver:
         unloaded = solver.modes(len(modes.omega)).frequencies
-    gyroscopic: Array = np.empty(0)
-    if state.loads.rotation is not None and state.loads.speed:
-        G = gyroscopic_matrix(solid, state.loads.rotation, modes.shapes)
-        gyroscopic = gyroscopic_frequencies(modes.omega, G) / (2 * np.pi)
-    return Frequencies(unloaded, gyroscopic)
+    if rotation is None or not rotation.speed:
+        return Frequencies(unloaded, np.empty(0))
+    with DirectModalSolver(solid) as solver:
+        operators = operators_of(solid, analysis.interface, solver)
+        omega = coriolis_frequencies(solid, rotation, modes, operators)
+    return Frequencies(unloaded, omega / (2 * np.pi))

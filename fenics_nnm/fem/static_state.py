@@ -61,7 +61,7 @@ def loaded(solid: Solid, loads: Loads, memory: float | None = None) -> Solid:
     """
     if solid.system.keys:
         raise ModelError(
-            f"{solid.system.keys[0]}: constraints do not go with steady loads ([rotation], [load]), "
+            f"{solid.system.keys[0]}: constraints do not go with steady loads (rotation, load), "
             "under which a body turns too far for them"
         )
     with _Newton(solid, loads, memory) as newton:

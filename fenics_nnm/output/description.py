@@ -8,7 +8,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.reduction.clusters import groups
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.frequencies import Frequencies
+from fenics_nnm.structure.frequencies import Frequencies, frequencies_of
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import Study
 
@@ -32,7 +32,7 @@ def describe(prepared: Prepared) -> str:
         f"largest motion   {largest} {when}",
         *linear.groups(),
         "",
-        *_table(prepared, linear.frequencies()),
+        *_table(prepared, frequencies_of(linear.body) if linear.body else Frequencies()),
     ]
     lines += _of_equal_frequency(linear.modes.omega)
     below = linear.modes.checked_below

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,20 +23,20 @@ class Frequencies:
             empty without speed.
     """
 
-    unloaded: Array
-    gyroscopic: Array
+    unloaded: Array = field(default_factory=lambda: np.empty(0))
+    gyroscopic: Array = field(default_factory=lambda: np.empty(0))
 
 
 def frequencies_of(analysis: LinearAnalysis) -> Frequencies:
     """Frequencies of a body besides those of its modes; to be called on all ranks."""
     solid, state = analysis.solid, analysis.solid.state
     if state is None:
-        return Frequencies(np.empty(0), np.empty(0))
+        return Frequencies()
     modes, rotation, K = analysis.modes, state.loads.rotation, state.unloaded
     with DirectModalSolver(replace(solid, stiffness=K, system=FreeSystem(K, solid.mass))) as solver:
         unloaded = solver.modes(len(modes.omega)).frequencies
     if rotation is None or not rotation.speed:
-        return Frequencies(unloaded, np.empty(0))
+        return Frequencies(unloaded)
     with DirectModalSolver(solid) as solver:
         operators = operators_of(solid, analysis.interface, solver)
         omega = coriolis_frequencies(solid, rotation, modes, operators)

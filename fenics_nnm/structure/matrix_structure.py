@@ -21,7 +21,6 @@ from fenics_nnm.reduction.matrix_modes import MatrixSolver
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.frequencies import Frequencies
 from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.mode_count import mode_count
 from fenics_nnm.study import MatrixStudy
@@ -101,10 +100,6 @@ class MatrixLinear(MatrixAnalysis):
 
     def flexibility(self, harmonics: int) -> None:
         """Nothing: full order is refused by the study."""
-
-    def frequencies(self) -> Frequencies:
-        """As `Linear.frequencies`: none, as nothing loads matrices."""
-        return Frequencies(np.empty(0), np.empty(0))
 
     def sizes(self) -> dict[str, Any]:
         """Numbers of unknowns and contact rows."""

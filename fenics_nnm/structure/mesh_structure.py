@@ -36,7 +36,6 @@ from fenics_nnm.structure.body import body_of, excitations_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.frequencies import Frequencies, frequencies_of
 from fenics_nnm.structure.group_table import facet_counts, group_table
 from fenics_nnm.structure.load_lines import load_lines
 from fenics_nnm.structure.loading import assert_followers_apart, assert_off_axis, loads_of
@@ -260,10 +259,6 @@ class MeshLinear(LinearAnalysis):
             f"{'smallest ' * (len(interface.names) > 1)}gap {interface.gap.min():.4g} m",
             *(f"  {patch}" for patch in patch_summaries(interface)),
         ]
-
-    def frequencies(self) -> Frequencies:
-        """As `Linear.frequencies`."""
-        return frequencies_of(self)
 
     def groups(self) -> list[str]:
         """Table of the named groups."""

@@ -20,7 +20,6 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.frequencies import Frequencies
 from fenics_nnm.study.casing import AnyCasing
 
 
@@ -109,9 +108,6 @@ class Linear(Protocol):
 
     def flexibility(self, harmonics: int) -> AbstractContextManager[FlexibilitySource] | None:
         """Residual flexibility of the whole model at N harmonics; None where there is none."""
-
-    def frequencies(self) -> Frequencies:
-        """Frequencies besides those of its modes: without steady loads, with Coriolis forces."""
 
     def sizes(self) -> dict[str, Any]:
         """Sizes for summary.json."""

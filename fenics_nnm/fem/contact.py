@@ -75,6 +75,16 @@ class ContactInterface:
         """
         return along(self.directions, self.weights, local, self.comm)
 
+    def displacements(self, local: Array) -> Array:
+        """W u: displacements along the axes, shape (n_c, dim, k), the same on all ranks.
+
+        Args:
+            local: Columns of owned degrees of freedom, shape (n_owned, k).
+        """
+        dim = self.points.shape[1]
+        own = [self.weights @ local[axis::dim] for axis in range(dim)]
+        return np.asarray(self.comm.allreduce(np.stack(own, axis=1)))
+
     def unit_forces(self, owned: int) -> Array:
         """B^T: a unit force in the contact direction at each point, shape (n_owned, n_c)."""
         dim = self.points.shape[1]

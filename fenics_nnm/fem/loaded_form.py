@@ -50,7 +50,7 @@ def rest_form(solid: Solid, loads: Loads, u: fem.Function, level: fem.Constant) 
     if loads.rotation is not None and loads.speed:
         form -= _centrifugal(solid, loads.rotation, u, v, level)
     for pressure in loads.pressures:
-        form += _pressing(solid, pressure, u, v, level)
+        form += pressing(solid, pressure, u, v, level)
     return form
 
 
@@ -102,7 +102,7 @@ def _centrifugal(
     return solid.regions.integral(integrand, solid.body.degree, points)
 
 
-def _pressing(
+def pressing(
     solid: Solid, pressure: Pressure, u: fem.Function, v: Expr, level: fem.Constant
 ) -> Expr:
     """Int p n . v dA on the surface as it was, or on the deformed one by Nanson's relation."""

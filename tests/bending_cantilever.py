@@ -8,15 +8,17 @@ inclined to it, so that bending closes the gap in first order and opens it in se
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
+from bent_body import dense_operators
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.mechanics.second_order import SecondOrder, symmetrised
+from fenics_nnm.reduction.modal_derivatives import with_second_order
+from fenics_nnm.reduction.reduction import Reduction
 
 LENGTH, HEIGHT, WIDTH, YOUNG, POISSON, DENSITY = 0.1, 0.002, 0.01, 210e9, 0.3, 7800.0
 INCLINED, GAP, CONTACT = np.deg2rad(10.0), 1e-3, 1e7
@@ -140,35 +142,15 @@ class Cantilever:
         squares, shapes = eigh(self.K, self.M, subset_by_index=[0, count - 1])
         return np.sqrt(squares), shapes * np.where(self.tip @ shapes < 0, -1.0, 1.0)
 
-    def reduced(self, modes: int, masters: Indices) -> tuple[ReducedModel, Array, Array, Array]:
-        """The reduced model, its modes, modal derivatives as they are, and residual shape."""
-        omega, Phi = self.modes(modes)
-        factor = cho_factor(self.K)
-        own, k = Phi[:, masters], len(masters)
-        second = np.array([[self.second(a, b) for b in own.T] for a in own.T])
-        theta = -cho_solve(factor, second.reshape(k * k, -1).T)
-        theta -= own @ (own.T @ self.M @ theta)
-        static = cho_solve(factor, self.tip)
-        rows = self.tip @ Phi
-        residual = static - Phi @ (rows / omega**2)
-        theta = theta.reshape(-1, k, k)
-        model = ReducedModel(
-            omega, rows[None], [[self.tip @ residual + 1 / CONTACT]], np.array([GAP])
-        )
-        thirds = np.array([[[self.third(a, b, c) for c in own.T] for b in own.T] for a in own.T])
-        coupled = np.einsum("ijn,nkl->ijkl", second, theta) / 2
-        record = SecondOrder(
-            masters=masters,
-            Theta=np.tensordot(self.tip[None], theta, 1),
-            alpha=np.einsum("jkn,na->ajk", second, Phi) / 2,
-            beta=symmetrised(thirds @ own) / 6 + symmetrised(coupled),
-            D=np.einsum("nij,nkl->ijkl", theta, np.tensordot(self.M, theta, 1)),
-        )
-        shared = np.tensordot(Phi.T @ self.M, theta, 1)
-        apart = record.apart(model, shared)
-        whole = ReducedModel(omega, model.Phi, model.R, model.gap, kinematics=apart)
-        free = theta - np.tensordot(Phi, shared, 1)
-        return whole, Phi, free, residual
+    def reduced(self, modes: int, masters: Indices) -> Reduction:
+        """The reduction with second-order kinematics, with the spring of the contact in R."""
+        omega, shapes = self.modes(modes)
+        rows = self.tip[None] @ shapes
+        residual = np.linalg.solve(self.K, self.tip[:, None]) - (shapes / omega**2) @ rows.T
+        R = self.tip[None] @ residual + 1 / CONTACT
+        linear = Reduction(ReducedModel(omega, rows, R, np.array([GAP])), shapes, residual, None)
+        operators = dense_operators(self.K, self.M, self.tip[None])
+        return with_second_order(linear, masters, self, operators)
 
 
 def _sym(H: Array) -> Array:
@@ -235,7 +217,7 @@ class March:
                 stiff = cho_solve(factor, body.tip)
                 change -= stiff * (slope * (body.tip @ change) / (1 + slope * body.tip @ stiff))
             u = u - change
-            if np.abs(change).max() <= 1e-14 * np.abs(u).max():
+            if np.abs(change).max() <= 1e-12 * np.abs(u).max():
                 break
         else:
             raise AssertionError("no convergence in a step")
@@ -254,11 +236,13 @@ class March:
 
     def _pressed(self, before: float, after: float) -> tuple[float, float]:
         """Mean force of a step, and its derivative by the closing at its end."""
-        if before + after == 2 * before or not self.contact:
-            return (CONTACT * max(after - GAP, 0.0) if self.contact else 0.0), 0.0
-        moved = after - before
-        force = (self._stored(after) - self._stored(before)) / moved
-        return force, (CONTACT * max(after - GAP, 0.0) - force) / moved
+        first, last, moved = max(before - GAP, 0.0), max(after - GAP, 0.0), after - before
+        if not self.contact or first == last == 0:
+            return 0.0, 0.0
+        if first and last:
+            return CONTACT * (first + last) / 2, CONTACT / 2
+        force = CONTACT * (last**2 - first**2) / (2 * moved)
+        return force, (CONTACT * last - force) / moved
 
 
 def frequency_in_time(
@@ -290,4 +274,4 @@ def frequency_in_time(
 
 
 def _falls(rates: list[float]) -> list[bool]:
-    return [a > 0 >= b for a, b in itertools.pairwise(rates[1:])]
+    return [a > 0 >= b for a, b in pairwise(rates)]

@@ -8,7 +8,10 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.mechanics.second_order import SecondOrder, symmetrised
+from fenics_nnm.mechanics.second_order import symmetrised
+from fenics_nnm.reduction.modal_derivatives import with_second_order
+from fenics_nnm.reduction.operators import Operators
+from fenics_nnm.reduction.reduction import Reduction
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,20 +51,30 @@ class BentBody:
         theta[masters] = 0.0
         return theta
 
-    def model(self, modes: int, masters: Indices) -> ReducedModel:
-        """The reduced model with second-order kinematics, all gaps 1."""
-        B, omega, theta = self.B[:, :modes], self.omega[:modes], self.derivatives(masters)
-        flexible = self.B[:, modes:] / self.omega[modes:]
-        whole = ReducedModel(omega, B, flexible @ flexible.T, np.ones(len(B)))
-        cubic = self.f3[np.ix_(masters, masters, masters, masters)] / 6
-        coupled = np.einsum("ija,akl->ijkl", self.f2[masters[:, None], masters], theta) / 2
-        record = SecondOrder(
-            masters=masters,
-            Theta=np.einsum("cn,njk->cjk", self.B, theta),
-            alpha=self.f2[:modes][:, masters[:, None], masters] / 2,
-            beta=cubic + symmetrised(coupled),
-            D=np.einsum("nij,nkl->ijkl", theta, theta),
-        )
-        return ReducedModel(
-            omega, B, whole.R, whole.gap, kinematics=record.apart(whole, theta[:modes])
-        )
+    def second(self, a: Array, b: Array) -> Array:
+        """f''[a, b] at rest."""
+        return np.einsum("ijk,j,k->i", self.f2, a, b)
+
+    def third(self, a: Array, b: Array, c: Array) -> Array:
+        """f'''[a, b, c]."""
+        return np.einsum("ijkl,j,k,l->i", self.f3, a, b, c)
+
+    def reduction(self, modes: int, masters: Indices) -> Reduction:
+        """The reduction with second-order kinematics, all gaps 1."""
+        operators = dense_operators(np.diag(self.omega**2), np.eye(len(self.omega)), self.B)
+        shapes, static = np.eye(len(self.omega))[:, :modes], (self.B / self.omega**2).T
+        Phi = self.B[:, :modes]
+        residual = static - (shapes / self.omega[:modes] ** 2) @ Phi.T
+        model = ReducedModel(self.omega[:modes], Phi, self.B @ residual, np.ones(len(self.B)))
+        return with_second_order(Reduction(model, shapes, residual, None), masters, self, operators)
+
+
+def dense_operators(K: Array, M: Array, B: Array) -> Operators:
+    """Products with dense matrices."""
+    return Operators(
+        stiffness=lambda columns: K @ columns,
+        mass=lambda columns: M @ columns,
+        static=lambda columns: np.linalg.solve(K, columns),
+        contact=lambda columns: B @ columns,
+        inner=lambda left, right: left.T @ right,
+    )

@@ -12,9 +12,9 @@ and with V the polynomial part of the potential and D the inertia of the second-
         + 1/4 beta_ijkl q_i q_j q_k q_l,
     T = 1/2 q'^T M(q) q',    M_ij = delta_ij + D_ikjl q_k q_l,    D_ikjl = theta_ik . M theta_jl,
 
-sums over masters i, j, k, l. All theta are M-orthogonal to all modes of the model: what they share
-with masters must be nothing, what they share with other modes moves to the coordinates of these,
-see `SecondOrder.apart`. So Lagrange's equations of 1/2 q'^T M q' and the potential are
+sums over masters i, j, k, l. All theta are M-orthogonal to all modes of the model: what they would
+share with modes that are no masters is in the coordinates of these, moved by alpha. So Lagrange's
+equations of 1/2 q'^T M q' and the potential are
 
     q_i'' + omega_i^2 q_i + dV/dq_i + D_ikjl q_k (q_j'' q_l + q_j' q_l')
         + ((Phi + Theta q)^T lambda)_i = 0,
@@ -132,36 +132,6 @@ class SecondOrder:
         ):
             if found != wanted:
                 raise ModelError(f"second order: {name} has {found} matrices: must be {wanted}")
-
-    def apart(self, model: ModalShapes, shared: Array) -> SecondOrder:
-        """This, made with theta that share something with modes besides the masters.
-
-        The displacement is the same with q_a + 1/2 P_ajk q_j q_k in place of q_a and theta without
-        these parts, P_ajk = phi_a . M theta_jk. It is taken that alpha_ajk = 1/2 phi_a .
-        f''[phi_j, phi_k] and beta_ijkl = 1/6 phi_i . f'''[phi_j, phi_k, phi_l] + 1/2 phi_i .
-        f''[phi_j, theta_kl], symmetrised: what these terms are of theta without the parts follows.
-
-        Args:
-            model: Modes and contact points.
-            shared: P, 1/(kg^1/2 m), shape (J, k, k).
-
-        Raises:
-            ModelError: if theta share something with masters.
-        """
-        P = np.array(shared, dtype=np.float64)
-        size = np.sqrt(np.abs(self.D).max())
-        if np.abs(P[self.masters]).max(initial=0.0) > _ASYMMETRY * size:
-            raise ModelError(
-                "second order: modal derivatives share motion with the masters: must be "
-                "M-orthogonal to them"
-            )
-        P[self.masters] = 0.0
-        return replace(
-            self,
-            Theta=self.Theta - np.einsum("ca,ajk->cjk", model.Phi, P),
-            beta=self.beta - symmetrised(np.einsum("ajk,alm->jklm", self.alpha, P)),
-            D=self.D - np.einsum("ajk,alm->jklm", P, P),
-        )
 
     def without_modes(self, chosen: Indices, model: ModalShapes) -> SecondOrder:
         """The kinematics of a part of the modes; the others follow statically.

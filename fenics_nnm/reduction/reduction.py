@@ -9,6 +9,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.force import AddedForce
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.reduction.truncation import Truncation
 
 
@@ -18,7 +19,9 @@ class Reduction:
 
     With modal coordinates q and contact forces lambda the displacement in m is
 
-        u = shapes q - residual_shapes lambda.
+        u = shapes q + 1/2 sum theta_ij q_i q_j - residual_shapes lambda,
+
+    the sum over masters of second-order kinematics, if there are any.
 
     Attributes:
         model: Reduced model.
@@ -29,6 +32,8 @@ class Reduction:
         truncation: What the model leaves out, for an error estimate; None where it is not known.
         forces: Forces besides contact that the motion determines.
         attached: Displacement of further points with forces per modal coordinate, shape (p, J).
+        bent_shapes: theta_ij of pairs i <= j of masters, (0, 0), (0, 1) .. (1, 1) and so on, in
+            1/(kg m), shape (n, k (k + 1) / 2); none with linear kinematics.
     """
 
     model: ReducedModel
@@ -37,10 +42,15 @@ class Reduction:
     truncation: Truncation | None
     forces: tuple[AddedForce, ...] = ()
     attached: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    bent_shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def displacement(self, q: Array, force: Array) -> Array:
         """Displacement u in m, shape (n,), of coordinates (J,) and contact forces in N (n_c,)."""
-        return np.asarray(self.shapes @ q - self.residual_shapes @ force)
+        linear = np.asarray(self.shapes @ q - self.residual_shapes @ force)
+        masters = self.model.kinematics.masters
+        if not len(masters):
+            return linear
+        return linear + self.bent_shapes @ Pairs.of(len(masters)).products(q[masters])
 
     def with_gap(self, gap: Array) -> Reduction:
         """The same with other gaps in m, shape (n_c,), which enter the model as they are."""
@@ -58,7 +68,17 @@ class Reduction:
         return replace(
             self,
             model=self.model.with_modes(np.arange(count)),
+            bent_shapes=self._bent_with(count),
             shapes=self.shapes[:, :count],
             residual_shapes=self.residual_shapes + (self.shapes[:, count:] / omega**2) @ Phi.T,
             truncation=self.truncation.without(omega, Phi),
         )
+
+    def _bent_with(self, count: int) -> Array:
+        """Theta with the shapes of the modes above the lowest, which follow statically then."""
+        tensors, pairs = self.model.kinematics.tensors, Pairs.of(len(self.model.kinematics.masters))
+        if not tensors:
+            return self.bent_shapes
+        alpha = tensors["alpha"][count:, pairs.first, pairs.second]
+        follows = -2 * alpha / self.model.omega[count:, None] ** 2
+        return np.asarray(self.bent_shapes + self.shapes[:, count:] @ follows)

@@ -20,7 +20,7 @@ from fenics_nnm.time_domain.stability import stability
 from fenics_nnm.time_domain.stepped import Stepped, integrator_of
 
 BODY = BentBody.random(6, 2, seed=3)
-MODEL = replace(BODY.model(4, np.array([0, 2])), gap=np.array([0.1, 0.12]))
+MODEL = replace(BODY.reduction(4, np.array([0, 2])).model, gap=np.array([0.1, 0.12]))
 Q, V = np.array([0.2, 0.05, -0.1, 0.02]), np.array([0.1, 0.05, 0.1, -0.1])
 SPAN = 9.0
 

@@ -168,7 +168,7 @@ class Cascade:
         """Motion of the finest level from one of nearly this energy at a fixed frequency."""
         beside, reduced = self.coarse(ratio * _BESIDE), self.reduced
         one_frequency = ratio <= self.belonging.linear_until or self._homogeneous
-        if one_frequency or coarse is None or beside is None:
+        if one_frequency or not reduced or coarse is None or beside is None:
             return None
         slope = (beside.omega - coarse.omega) / ((_BESIDE - 1) * ratio * GRAZING_GAMMA)
         search = FrequencyCascade(reduced, self.newton)

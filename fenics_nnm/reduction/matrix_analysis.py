@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,6 +15,7 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_reduction
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_modes import MatrixSolver
+from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 
@@ -38,12 +40,22 @@ class MatrixAnalysis:
         return self.reduction.model
 
 
+Bent = Callable[[Reduction, Operators], Reduction]
+"""Adds what bending far adds."""
+
+
+def unbent(reduction: Reduction, operators: Operators) -> Reduction:
+    """Nothing is added."""
+    return reduction
+
+
 def matrix_analysis(
     matrices: Matrices,
     *,
     modes: int,
     method: Literal["massless", "craig-bampton"] = "massless",
     points: AttachedPoints | None = None,
+    bent: Bent = unbent,
     stages: Stages | None = None,
 ) -> MatrixAnalysis:
     """Find modes and attachment solutions, and reduce.
@@ -52,6 +64,7 @@ def matrix_analysis(
         matrices: Structure.
         modes: Number of free modes J, or of modes with the contact points held.
         points: Points besides those of contact at which forces act, of a massless reduction.
+        bent: From a reduction and products with the matrices to it with what bending far adds.
         method: "massless", or "craig-bampton" with the contact directions retained.
         stages: Told what is being done.
 
@@ -73,4 +86,5 @@ def matrix_analysis(
         else:
             basis = np.hstack([attachments, solver.held_modes(attachments, modes)])
             reduction = craig_bampton_reduction(basis, matrices.gap, operators)
+        reduction = bent(reduction, operators)
     return MatrixAnalysis(matrices, free, reduction)

@@ -24,7 +24,10 @@ Layout (SI units):
                          each cell at each point where its stress is taken; of a mesh only
     /basis               shapes (J, nodes, dim), residual_shapes (n_c, nodes, dim) of a mesh;
                          shapes (J, n), residual_shapes (n_c, n) in the order of the n unknowns of
-                         matrices: u = shapes^T q - residual_shapes^T lambda
+                         matrices: u = shapes^T q - residual_shapes^T lambda; with second-order
+                         kinematics bent_shapes (p, nodes, dim) or (p, n) of the pairs i <= j of
+                         masters in the order (0, 0), (0, 1) .. (1, 1) ..: theta_ij q_i q_j is
+                         added for i < j, and half of it for i = j
     /inertia/000000 ...  harmonics in m, (N + 1, nodes, dim), of the displacement that full order
                          adds to the point at the attribute position, if it has ParaView files
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c), multipliers

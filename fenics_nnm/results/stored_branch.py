@@ -14,6 +14,7 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.motion import force_rates_at, forces_at, free_displacement
+from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 
@@ -38,6 +39,8 @@ class StoredBranch:
         cell_type: VTK's number of the cell type.
         shapes: Displacement per modal coordinate in kg^-1/2, shape (J, n, dim).
         residual_shapes: Displacement per contact force in m/N, shape (n_c, n, dim).
+        bent_shapes: theta_ij of pairs of masters in 1/(kg m), shape (p, n, dim); none with linear
+            kinematics.
         region: Number of the material of each cell, shape (cells,).
         elasticity: Stress in Pa per strain, shape (rows, 6, strains), as in `branch_file`.
         elasticity_row: Row of it at each sampling point of each cell, shape (cells, s).
@@ -60,6 +63,7 @@ class StoredBranch:
     cell_type: int
     shapes: Array
     residual_shapes: Array
+    bent_shapes: Array
     region: Indices
     elasticity: Array
     elasticity_row: Indices
@@ -124,7 +128,9 @@ class StoredBranch:
             Shape (len(phase), number of nodes, dim).
         """
         forces = forces_at(self.header.model, self.series, point.motion, phase)
-        field = self._field(self.coordinates(point, phase), forces, nodes)
+        coordinates = self.coordinates(point, phase)
+        field = self._field(coordinates, forces, nodes)
+        field += self._bent(coordinates, coordinates, nodes)
         return self._with_inertia(field, self.series.basis_at(phase), point, nodes)
 
     def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
@@ -132,6 +138,7 @@ class StoredBranch:
         rates = self.series.rate_at(phase) @ point.motion.q
         force_rates = force_rates_at(self.header.model, self.series, point.motion, phase)
         by_phase = self._field(rates, force_rates, nodes)
+        by_phase += 2 * self._bent(self.coordinates(point, phase), rates, nodes)
         by_phase = self._with_inertia(by_phase, self.series.rate_at(phase), point, nodes)
         return 2 * np.pi * point.motion.frequency * by_phase
 
@@ -159,12 +166,22 @@ class StoredBranch:
 
     def field(self, coordinates: Array, forces: Array) -> Array:
         """Displacement in m of modal coordinates (J,) and contact forces (n_c,), shape (n, dim)."""
-        return self._field(coordinates, forces, None)
+        linear = self._field(coordinates, forces, None)
+        return linear + self._bent(coordinates, coordinates, None)
 
     def _field(self, coordinates: Array, forces: Array, nodes: Indices | None) -> Array:
         chosen = slice(None) if nodes is None else nodes
         modal = np.tensordot(coordinates, self.shapes[:, chosen], 1)
         return modal - np.tensordot(forces, self.residual_shapes[:, chosen], 1)
+
+    def _bent(self, one: Array, other: Array, nodes: Indices | None) -> Array | float:
+        """1/2 sum theta_ij x_i y_j of coordinates of shape (.., J); nothing without masters."""
+        masters = self.header.model.kinematics.masters
+        if not len(masters):
+            return 0.0
+        factors = Pairs.of(len(masters)).products(one[..., masters], other[..., masters])
+        chosen = slice(None) if nodes is None else nodes
+        return np.tensordot(factors, self.bent_shapes[:, chosen], 1)
 
     def _with_inertia(
         self, field: Array, basis: Array, point: BranchPoint, nodes: Indices | None
@@ -200,6 +217,7 @@ def read_stored_branch(path: Path) -> StoredBranch:
             cell_type=int(file["mesh/cell_type"][()]),
             shapes=_mapped(path, file["basis/shapes"]),
             residual_shapes=_mapped(path, file["basis/residual_shapes"]),
+            bent_shapes=_bent_shapes(path, file["basis"]),
             region=file["mesh/region"][:],
             elasticity=file["material/elasticity"][:],
             elasticity_row=file["material/row"][:],
@@ -227,6 +245,11 @@ def _assert_rows(file: h5py.File, count: int, names: Sequence[str]) -> None:
         rows = file[name][:]
         if rows.size and not 0 <= rows.min() <= rows.max() < count:
             raise IndexError(f"{name} has a row outside of 0 to {count - 1}")
+
+
+def _bent_shapes(path: Path, basis: h5py.Group) -> Array:
+    """Second-order shapes; none with linear kinematics."""
+    return _mapped(path, basis["bent_shapes"]) if "bent_shapes" in basis else np.zeros((0, 0, 0))
 
 
 def _mapped(path: Path, values: h5py.Dataset) -> Array:

@@ -7,17 +7,26 @@ from typing import Any
 
 import numpy as np
 from mpi4py import MPI
+from scipy import sparse
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.reduction.attached import AttachedPoints
 from fenics_nnm.reduction.driven import DrivenBasis, driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.matrices import Matrices
-from fenics_nnm.reduction.matrix_analysis import MatrixAnalysis, matrix_analysis
+from fenics_nnm.reduction.matrix_analysis import (
+    Bent,
+    MatrixAnalysis,
+    matrix_analysis,
+    unbent,
+)
 from fenics_nnm.reduction.matrix_modes import MatrixSolver
+from fenics_nnm.reduction.matrix_terms import Entries, MatrixTerms
+from fenics_nnm.reduction.modal_derivatives import with_second_order
+from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.first_contact import FirstContact
@@ -60,7 +69,53 @@ class MatrixStructure:
     def _matrices(self, stages: Stages) -> Matrices:
         with stages.stage("matrices"):
             K, M, B = (read_matrix(path, name) for path, name in self.study.matrices.places)
-            return Matrices(K, M, B, self.study.contact.gap)
+            return Matrices(self._at_speed(K), M, B, gap_at_speed(self.study))
+
+    def _at_speed(self, K: Any) -> Any:
+        """Stiffness at the speed of the study.
+
+        Raises:
+            ModelError: if what the speed adds has another shape.
+        """
+        place = self.study.matrices.further.get("speed_stiffness")
+        if place is None:
+            return K
+        added = read_matrix(*place)
+        if added.shape != K.shape:
+            raise ModelError(f"speed stiffness has shape {added.shape}: must be {K.shape}")
+        speed = self.study.matrices.speed or 0.0
+        return sparse.csc_matrix(K) + speed**2 * sparse.csc_matrix(added)
+
+    def _terms(self, matrices: Matrices) -> MatrixTerms:
+        """What is not linear of the structure."""
+        n, points = matrices.size, matrices.points
+        shapes = {
+            "quadratic_stiffness": (n, n, n),
+            "cubic_stiffness": (n, n, n, n),
+            "quadratic_rows": (points, n, n),
+        }
+        given = self.study.matrices.further
+        found = [
+            Entries.of(key.replace("_", " "), read_matrix(*given[key]), shape)
+            if key in given
+            else Entries.none(len(shape))
+            for key, shape in shapes.items()
+        ]
+        return MatrixTerms(n, points, *found)
+
+    def _bent(self, matrices: Matrices) -> Bent:
+        """What adds second-order kinematics, where the study has terms for it."""
+        study = self.study
+        if not study.matrices.bends:
+            return unbent
+        terms = self._terms(matrices)
+        masters = np.array(study.matrices.masters or (study.mode.number,)) - 1
+
+        def bent(reduction: Reduction, operators: Operators) -> Reduction:
+            curvature = terms.curvature(reduction.shapes[:, masters])
+            return with_second_order(reduction, masters, terms, operators, curvature=curvature)
+
+        return bent
 
     def _analysed(self, stages: Stages, at_most: int | None) -> MatrixLinear:
         study, chosen = self.study, self.study.reduction
@@ -69,7 +124,12 @@ class MatrixStructure:
         modes = mode_count(study, at_most, matrices.massive - matrices.massive_points)
         points = _cubic_springs(study, matrices)
         found = matrix_analysis(
-            matrices, modes=modes, method=chosen.method, points=points, stages=stages
+            matrices,
+            modes=modes,
+            method=chosen.method,
+            points=points,
+            bent=self._bent(matrices),
+            stages=stages,
         )
         return MatrixLinear(found.matrices, found.modes, found.reduction)
 
@@ -88,7 +148,7 @@ class MatrixLinear(MatrixAnalysis):
 
     def with_contact(self, study: MatrixStudy) -> MatrixLinear:
         """As `Linear.with_contact`: gaps are all that a study says of contact."""
-        matrices = replace(self.matrices, gap=study.contact.gap)
+        matrices = replace(self.matrices, gap=gap_at_speed(study))
         return replace(self, matrices=matrices, reduction=self.reduction.with_gap(matrices.gap))
 
     def first_contact(self, mode: int) -> FirstContact:
@@ -111,8 +171,14 @@ class MatrixLinear(MatrixAnalysis):
             {
                 "basis/shapes": self.reduction.shapes.T,
                 "basis/residual_shapes": self.reduction.residual_shapes.T,
+                **self._bent_shapes(),
             }
         )
+
+    def _bent_shapes(self) -> dict[str, Array]:
+        """Second-order shapes, if there are any."""
+        shapes = self.reduction.bent_shapes
+        return {"basis/bent_shapes": shapes.T} if shapes.size else {}
 
     def heading(self) -> list[str]:
         """Matrices and contact rows in words."""
@@ -141,6 +207,22 @@ class MatrixLinear(MatrixAnalysis):
     def warnings(self, study: MatrixStudy, mode: int) -> list[str]:
         """Nothing: matrices say neither how large the body is, nor of what material."""
         return []
+
+
+def gap_at_speed(study: MatrixStudy) -> Any:
+    """Gaps in m at the speed of a study: one number, or one a contact row."""
+    growth = study.contact.gap_growth
+    if growth is None:
+        return study.contact.gap
+    speed = study.matrices.speed or 0.0
+    gap, added = np.array(study.contact.gap), speed**2 * np.array(growth)
+    if gap.ndim and added.ndim and gap.shape != added.shape:
+        raise ModelError(
+            f"gap growth has {added.size} values: must be one number, or one for each of the "
+            f"{gap.size} gaps",
+            code=Code.GAP,
+        )
+    return gap + added
 
 
 def _cubic_springs(study: MatrixStudy, matrices: Matrices) -> AttachedPoints:

@@ -12,6 +12,7 @@ from fenics_nnm.study.messages import shown
 from fenics_nnm.study.record import (
     Coordinate,
     Count,
+    Finite,
     FromList,
     Length,
     Name,
@@ -24,6 +25,7 @@ from fenics_nnm.study.record import (
 from fenics_nnm.study.reduction import Law
 
 Gaps = Annotated[tuple[Coordinate, ...], Field(min_length=1), FromList]
+Growths = Annotated[tuple[Finite, ...], Field(min_length=1), FromList]
 
 
 class LawSection(Record):
@@ -134,6 +136,11 @@ class MatrixContactSection(LawSection):
     gap: Coordinate | Gaps = Field(
         description="initial gap in m, negative for an interference: one number, or a list "
         "with one a contact row"
+    )
+    gap_growth: Finite | Growths | None = Field(
+        None,
+        description="what the square of matrices.speed adds to the gap in m s^2: one number, or a "
+        "list with one a contact row",
     )
 
 

@@ -389,6 +389,40 @@ class MatrixStudy(_SprungStudy):
         """Whether there are springs with a cubic stiffness."""
         return bool(self.spring)
 
+    @model_validator(mode="after")
+    def _gap_grows_with_speed(self) -> MatrixStudy:
+        if self.contact.gap_growth is not None and self.matrices.speed is None:
+            raise ValueError("contact.gap_growth: has no effect without matrices.speed")
+        return self
+
+    @model_validator(mode="after")
+    def _bending_is_resolved(self) -> MatrixStudy:
+        if not self.matrices.bends:
+            return self
+        harmonics, samples = self.mode.harmonics, self.mode.samples
+        if self.carries_mass:
+            raise ValueError(
+                'matrices: terms that are not linear need reduction.method = "massless"'
+            )
+        if self.automatic:
+            raise ValueError(
+                f'{self.automatic[0]} = "auto": does not go with terms of [matrices] that are not '
+                "linear: must be a number"
+            )
+        if int(samples) <= 4 * int(harmonics):
+            raise ValueError(
+                f"mode.samples = {samples}: must be above 4 mode.harmonics = "
+                f"{4 * int(harmonics)} with terms of [matrices] that are not linear, whose forces "
+                "have three times as many harmonics"
+            )
+        masters = self.matrices.masters or ()
+        if masters and masters[-1] > self.resolution.modes:
+            raise ValueError(
+                f"matrices.masters: {masters[-1]} must not be above reduction.modes = "
+                f"{self.resolution.modes}"
+            )
+        return self
+
 
 Study = MeshStudy | MatrixStudy
 """All that a run needs to know."""

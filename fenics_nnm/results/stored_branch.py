@@ -130,7 +130,7 @@ class StoredBranch:
         forces = forces_at(self.header.model, self.series, point.motion, phase)
         coordinates = self.coordinates(point, phase)
         field = self._field(coordinates, forces, nodes)
-        field += self._bent(coordinates, coordinates, nodes)
+        field += _bent(self, coordinates, coordinates, nodes)
         return self._with_inertia(field, self.series.basis_at(phase), point, nodes)
 
     def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
@@ -138,7 +138,7 @@ class StoredBranch:
         rates = self.series.rate_at(phase) @ point.motion.q
         force_rates = force_rates_at(self.header.model, self.series, point.motion, phase)
         by_phase = self._field(rates, force_rates, nodes)
-        by_phase += 2 * self._bent(self.coordinates(point, phase), rates, nodes)
+        by_phase += 2 * _bent(self, self.coordinates(point, phase), rates, nodes)
         by_phase = self._with_inertia(by_phase, self.series.rate_at(phase), point, nodes)
         return 2 * np.pi * point.motion.frequency * by_phase
 
@@ -167,21 +167,12 @@ class StoredBranch:
     def field(self, coordinates: Array, forces: Array) -> Array:
         """Displacement in m of modal coordinates (J,) and contact forces (n_c,), shape (n, dim)."""
         linear = self._field(coordinates, forces, None)
-        return linear + self._bent(coordinates, coordinates, None)
+        return linear + _bent(self, coordinates, coordinates, None)
 
     def _field(self, coordinates: Array, forces: Array, nodes: Indices | None) -> Array:
         chosen = slice(None) if nodes is None else nodes
         modal = np.tensordot(coordinates, self.shapes[:, chosen], 1)
         return modal - np.tensordot(forces, self.residual_shapes[:, chosen], 1)
-
-    def _bent(self, one: Array, other: Array, nodes: Indices | None) -> Array | float:
-        """1/2 sum theta_ij x_i y_j of coordinates of shape (.., J); nothing without masters."""
-        masters = self.header.model.kinematics.masters
-        if not len(masters):
-            return 0.0
-        factors = Pairs.of(len(masters)).products(one[..., masters], other[..., masters])
-        chosen = slice(None) if nodes is None else nodes
-        return np.tensordot(factors, self.bent_shapes[:, chosen], 1)
 
     def _with_inertia(
         self, field: Array, basis: Array, point: BranchPoint, nodes: Indices | None
@@ -192,6 +183,16 @@ class StoredBranch:
             return field
         chosen = inertia if nodes is None else inertia[:, nodes]
         return field + np.tensordot(basis, chosen, 1)
+
+
+def _bent(branch: StoredBranch, one: Array, other: Array, nodes: Indices | None) -> Array | float:
+    """1/2 sum theta_ij x_i y_j of coordinates of shape (.., J); nothing without masters."""
+    masters = branch.header.model.kinematics.masters
+    if not len(masters):
+        return 0.0
+    factors = Pairs.of(len(masters)).products(one[..., masters], other[..., masters])
+    chosen = slice(None) if nodes is None else nodes
+    return np.tensordot(factors, branch.bent_shapes[:, chosen], 1)
 
 
 def read_stored_branch(path: Path) -> StoredBranch:

@@ -21,10 +21,12 @@ class Stages:
     Attributes:
         listener: Called at the beginning, at each report and at the end of a stage.
         timings: Seconds each stage took, in the order of the stages.
+        tell: Writes a line for the user, such as how long a run is going to take.
     """
 
     listener: Listener = lambda name, done: None
     timings: dict[str, float] = field(default_factory=dict)
+    tell: Callable[[str], None] = logger.info
     _current: str = ""
 
     @contextmanager

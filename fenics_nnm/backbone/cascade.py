@@ -94,14 +94,15 @@ class Cascade:
         """
         if self._homogeneous and position != 1:
             return _grown(self.levels, self.at(1.0, None), position)
-        if position not in self._alone:
-            self._alone[position] = self._level_by_level(position, None)
+        alone = self._alone.get(position)
+        if alone is None:
+            alone = self._level_by_level(position, None)
+            self._alone[position] = alone.light()
             forget_oldest(self._alone, _TRIED)
-        alone = self._alone[position]
         if not self.selection.doubtful(alone, neighbour):
             return alone
         if position not in self._beside:
-            self._beside[position] = self._through_frequency(alone)
+            self._beside[position] = self._through_frequency(alone).light()
             forget_oldest(self._beside, _TRIED)
         found = [alone, self._beside[position]]
         if neighbour is not None:
@@ -139,7 +140,8 @@ class Cascade:
                 attempt = self._attempt(level, gamma_ratio, guess)
                 if attempt.solution is not None:
                     break
-            solutions.append(attempt.solution)
+            below = attempt.solution.light() if attempt.solution else None
+            solutions.append(attempt.solution if level is self.levels[-1] else below)
         finest = attempt.solution
         return CascadeSolution(
             position=gamma_ratio,

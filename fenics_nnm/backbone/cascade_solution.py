@@ -50,6 +50,12 @@ class CascadeSolution:
             return float("nan")
         return abs(self.finest.omega / neighbour.finest.omega - 1)
 
+    def light(self) -> CascadeSolution:
+        """The same without factors."""
+        refused = self.refused.light() if self.refused else None
+        solutions = tuple(found.light() if found else None for found in self.solutions)
+        return replace(self, solutions=solutions, refused=refused)
+
     def thinned(self, *, levels: bool) -> CascadeSolution:
         """What a neighbour needs: no slopes of forces; all levels, or the finest alone."""
         below = self.solutions if levels else (*(None,) * (len(self.solutions) - 1), self.finest)

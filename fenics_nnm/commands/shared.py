@@ -82,8 +82,8 @@ def add_verbose(command: argparse.ArgumentParser) -> None:
 
 
 def stages_of(console: Console, arguments: argparse.Namespace) -> AbstractContextManager[Stages]:
-    """Progress bars on a terminal; lines of the log in their place if asked for."""
-    return nullcontext(Stages()) if arguments.verbose else progress(console)
+    """Progress bars on a terminal, else lines; those of the log in their place if asked for."""
+    return nullcontext(Stages()) if arguments.verbose else progress(console, complain)
 
 
 def console_of(comm: MPI.Comm) -> Console:

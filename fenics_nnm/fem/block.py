@@ -11,7 +11,7 @@ from fenics_nnm.arrays import Array
 
 #: Columns that are dealt with at once where each is a copy: in products, and in solutions, which
 #: are the faster the more there are.
-_AT_ONCE, _SOLVED_AT_ONCE = 16, 256
+_AT_ONCE, SOLVED_AT_ONCE = 16, 256
 
 
 def groups(count: int, at_once: int = _AT_ONCE) -> Iterator[slice]:
@@ -23,7 +23,7 @@ def groups(count: int, at_once: int = _AT_ONCE) -> Iterator[slice]:
 def solved(ksp: PETSc.KSP, columns: Array) -> Array:
     """Solutions for right-hand sides of shape (n_owned, k), many at once."""
     solution = np.empty(columns.shape, order="F")
-    for group in groups(columns.shape[1], _SOLVED_AT_ONCE):
+    for group in groups(columns.shape[1], SOLVED_AT_ONCE):
         right = _dense(columns[:, group], ksp.comm)
         left = _dense(np.zeros((len(columns), group.stop - group.start), order="F"), ksp.comm)
         ksp.matSolve(right, left)

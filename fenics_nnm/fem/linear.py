@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mpi4py import MPI
@@ -11,7 +11,7 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.attachment import Attachment
-from fenics_nnm.fem.block import product
+from fenics_nnm.fem.block import SOLVED_AT_ONCE, groups, product
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.point_rows import attached_points, force_row
@@ -21,7 +21,7 @@ from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
 from fenics_nnm.reduction.driven import DrivenBasis, driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_reduction
-from fenics_nnm.reduction.operators import Operators
+from fenics_nnm.reduction.operators import Operators, Product
 from fenics_nnm.reduction.reduction import Reduction
 
 #: Least flexibility of contact points over the largest.
@@ -59,20 +59,65 @@ class LinearAnalysis:
 
 
 def massless_reduced(
-    solid: Solid, interface: ContactInterface, modes: LinearModes, solver: ModalSolver
+    solid: Solid,
+    interface: ContactInterface,
+    modes: LinearModes,
+    solver: ModalSolver,
+    report: Callable[[float], None] = lambda done: None,
 ) -> Reduction:
     """Massless-boundary model of a body.
+
+    Args:
+        solid: Assembled body.
+        interface: Contact points.
+        modes: Linear modes.
+        solver: Solver of the stiffness.
+        report: Called with the part that is done, from 0 to 1.
 
     Raises:
         ModelError: if the body cannot be reduced with so many modes or points.
     """
+    # the static displacements of the contact points, and those under their inertia
+    static = _Reported(solver.static, 2 * interface.count, report)
     forces = interface.unit_forces(solid.owned)
-    attachments = solver.static(forces)
+    attachments = static(forces)
     _assert_apart(solid, forces, attachments)
-    operators, points = operators_of(solid, interface, solver), attached_points(solid)
+    operators = replace(operators_of(solid, interface, solver), static=static)
+    points = attached_points(solid)
     return massless_reduction(
         modes.omega, modes.shapes, attachments, interface.gap, operators, points
     )
+
+
+@dataclass(slots=True)
+class _Reported:
+    """Static displacements, some columns at a time, with reports in between.
+
+    Attributes:
+        static: From columns of forces to static displacements.
+        total: Columns that are to come.
+        report: Called with the part that is done.
+    """
+
+    static: Product
+    total: int
+    report: Callable[[float], None]
+    _done: int = 0
+
+    def __call__(self, forces: Array) -> Array:
+        """Displacements of columns of forces."""
+        if forces.shape[1] <= SOLVED_AT_ONCE:
+            return self._solved(forces)
+        found = np.empty(forces.shape, order="F")
+        for few in groups(forces.shape[1], SOLVED_AT_ONCE):
+            found[:, few] = self._solved(forces[:, few])
+        return found
+
+    def _solved(self, forces: Array) -> Array:
+        found = self.static(forces)
+        self._done += forces.shape[1]
+        self.report(min(1.0, self._done / self.total))
+        return found
 
 
 def driven(

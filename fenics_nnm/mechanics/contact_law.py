@@ -6,7 +6,7 @@ only the points in contact, so it is one small matrix a sample, made where it is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -29,6 +29,9 @@ class LocalFlexibility(Protocol):
 
     def known_of(self, R: Array) -> NearContact | None:
         """What is known of the flexibility R already, or nothing."""
+
+    def light(self) -> LocalFlexibility:
+        """The same without what can be computed again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,10 @@ class ContactForces:
         samples = np.flatnonzero(active.any(axis=1))
         points, used = compressed(active[samples])
         return cls(force, samples, points, used, local)
+
+    def light(self) -> ContactForces:
+        """The same without factors, which are computed again when they are asked for."""
+        return replace(self, local=self.local.light()) if self.local else self
 
     def assert_complete(self) -> None:
         """Refuse forces that were kept without their derivative: it would be taken for zero.

@@ -7,7 +7,7 @@ conditions at all points, and they are unique.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class NearContact:
     def of(cls, R: Array, near: Mask) -> NearContact:
         """The points of a mask of shape (n_c,), or all if they are few or most are near."""
         if len(R) < _MANY or np.count_nonzero(near) > _MOST * len(R):
-            return cls(R, np.arange(len(R)), SetFlexibility(R), R)
+            return cls.whole(R)
         chosen = np.flatnonzero(near)
         rows = R[chosen]
         return cls(R, chosen, SetFlexibility(np.ascontiguousarray(rows[:, chosen])), rows)
@@ -52,9 +52,18 @@ class NearContact:
         """The points near contact at any of s samples, from e of shape (s, n_c)."""
         return cls.of(R, _near(excess))
 
+    @classmethod
+    def whole(cls, R: Array) -> NearContact:
+        """All points, without copies of R."""
+        return cls(R, np.arange(len(R)), SetFlexibility(R), R)
+
     def known_of(self, R: Array) -> NearContact | None:
         """This, if it is of this very array."""
         return self if R is self.R else None
+
+    def light(self) -> NearContact:
+        """The same without factors and copies of R, to be kept."""
+        return NearContact.whole(self.R)
 
     def blocks(self, points: Indices, used: Mask) -> Array:
         """Rows and columns of R at points of shape (s, k), a multiple of 1 where not `used`."""
@@ -62,6 +71,9 @@ class NearContact:
 
     def stiffness(self, sets: Mask, shapes: Array) -> Array:
         """Phi_A^T R_AA^-1 Phi_A for sets A of points that take part, shape (s, J, J)."""
+        if self.among.R is self.R and self.among.bare:
+            part = NearContact.of(self.R, np.asarray(sets.any(axis=0)))
+            return part.among.stiffness(sets[:, part.chosen], shapes[part.chosen])
         return self.among.stiffness(sets[:, self.chosen], shapes[self.chosen])
 
     def forces(self, excess: Array, guess: Mask | None = None) -> tuple[Array, NearContact]:
@@ -93,16 +105,18 @@ class NearContact:
         """The same with more points, shape (n_c,)."""
         wanted = wanted.copy()
         wanted[self.chosen] = True
-        return NearContact.of(self.R, wanted)
+        more = NearContact.of(self.R, wanted)
+        parts = self.among.parts.among(np.searchsorted(more.chosen, self.chosen))
+        return replace(more, among=replace(more.among, parts=parts))
 
     def forces_among(self, excess: Array, guess: Mask | None) -> tuple[Array, NearContact]:
         """Forces of the points that take part, shape (s, n_c), as if there were no others."""
         if len(self.chosen) == len(self.R):
             force, among = complementary(self.among, excess, guess)
-            return force, NearContact(self.R, self.chosen, among, self.rows)
+            return force, replace(self, among=among)
         force, own = np.zeros_like(excess), None if guess is None else guess[:, self.chosen]
         force[:, self.chosen], among = complementary(self.among, excess[:, self.chosen], own)
-        return force, NearContact(self.R, self.chosen, among, self.rows)
+        return force, replace(self, among=among)
 
     def beyond(self, excess: Array, force: Array) -> Mask:
         """Points that do not take part and lie beyond their gaps, shape (s, n_c)."""

@@ -31,6 +31,10 @@ class Springs:
         """Phi_A^T kappa Phi_A for sets A, shape (s_a, n_c), and shapes Phi, shape (n_c, J)."""
         return (shapes.T * np.where(sets, self.kappa, 0.0)[:, None, :]) @ shapes
 
+    def light(self) -> Springs:
+        """This: springs are all there is."""
+        return self
+
     def known_of(self, R: Array) -> NearContact | None:
         """Nothing: springs know only themselves."""
         return None

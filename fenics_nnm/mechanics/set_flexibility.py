@@ -1,13 +1,17 @@
-"""Static flexibility on many sets of points, by one factor where these are nearly nested."""
+"""Static flexibility on many sets of points, by one factor where these are nearly nested.
+
+Large sets that are not nested as a whole have factors in groups, see `mechanics.factored_parts`.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.mechanics.factored_parts import FactoredParts
 from fenics_nnm.mechanics.nested_factor import NestedFactor, NestedOrder, compressed
 
 #: With fewer points than this in contact one factor for all sets saves nothing.
@@ -15,6 +19,9 @@ _MANY = 32
 
 #: Sets are nearly nested if they differ from leading parts by this part of the largest set.
 _FEW = 0.25
+
+#: With more points in contact than this, sets that are less nearly nested have factors in groups.
+_LARGE, _FEW_OF_LARGE = 128, 0.1
 
 
 class Sets(Protocol):
@@ -33,11 +40,18 @@ class SetFlexibility:
 
     Attributes:
         R: Flexibility, symmetric positive definite, shape (n_c, n_c).
-        factor: Factor, or None where each set has its own.
+        factor: Factor, or None where each set has its own, or a group of sets.
+        parts: Factors of groups of large sets.
     """
 
     R: Array
     factor: NestedFactor | None = None
+    parts: FactoredParts = field(default_factory=FactoredParts)
+
+    @property
+    def bare(self) -> bool:
+        """Whether there is no factor yet."""
+        return self.factor is None and not self.parts.parts
 
     def suited(self, sets: Mask) -> SetFlexibility:
         """This, with another factor if sets of shape (s, n_c) ask for one."""
@@ -46,13 +60,18 @@ class SetFlexibility:
         widest = int(sets.sum(axis=1).max(initial=0))
         if widest <= _MANY:
             return replace(self, factor=None)
-        order = NestedOrder.of(sets)
-        nested = order.flips <= _FEW * widest
-        return replace(self, factor=NestedFactor.of(self.R, order) if nested else None)
+        order, large = NestedOrder.of(sets), widest > _LARGE
+        if order.flips <= (_FEW_OF_LARGE if large else _FEW) * widest:
+            return replace(self, factor=NestedFactor.of(self.R, order))
+        parts = self.parts.suited(self.R, sets) if large else self.parts
+        return replace(self, factor=None, parts=parts)
 
     def on(self, sets: Mask) -> Sets:
         """What to do with sets of shape (s, n_c)."""
-        return ScatteredSets(self, sets) if self.factor is None else self.factor.on(sets)
+        if self.factor is not None:
+            return self.factor.on(sets)
+        large = int(sets.sum(axis=1).max(initial=0)) > _LARGE
+        return self.parts.on(self.R, sets) if large else ScatteredSets(self, sets)
 
     def blocks(self, points: Indices, used: Mask) -> Array:
         """Rows and columns of R at points of shape (s, k), a multiple of 1 where not `used`."""

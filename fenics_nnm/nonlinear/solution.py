@@ -59,6 +59,10 @@ class Solution:
         """The same without the derivative of its forces, which is most of its memory."""
         return replace(self, forces=ContactForces.alone(self.forces.force))
 
+    def light(self) -> Solution:
+        """The same without the factors that the derivative of its forces was computed with."""
+        return replace(self, forces=self.forces.light())
+
     def completed(self, equations: Equations) -> Solution:
         """The same with the derivative of its forces."""
         return replace(self, forces=equations.forces(self.at, self.forces))

@@ -35,6 +35,7 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.structure.body import body_of, excitations_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
+from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.group_table import facet_counts, group_table
 from fenics_nnm.structure.load_lines import load_lines
@@ -43,6 +44,7 @@ from fenics_nnm.structure.material_lines import attachment_lines, material_lines
 from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.structure.mode_count import mode_count
+from fenics_nnm.structure.motions import least_motions
 from fenics_nnm.structure.point_choice import (
     Choices,
     approach_of,
@@ -295,17 +297,23 @@ def _reduced(
     with stages.stage("modes"):
         modes = solver.modes(count).unique(sites.displacement)
     with stages.stage("attachments"):
-        reduced = partial(_reduced_at, assembled, solver, modes, count)
+        reduced = partial(_reduced_at, assembled, solver, modes, count, stages)
         return _settled(reduced, chosen_by_mode(even, sites, modes, mode), mode)
 
 
 def _reduced_at(
-    assembled: Assembled, solver: ModalSolver, modes: LinearModes, count: int, choices: Choices
+    assembled: Assembled,
+    solver: ModalSolver,
+    modes: LinearModes,
+    count: int,
+    stages: Stages,
+    choices: Choices,
 ) -> MeshLinear:
     """The reduced model with some contact points."""
     study, solid, interface = assembled.study, assembled.solid, assembled.interface(choices)
     if study.reduction.method != "craig-bampton":
-        reduction = massless_reduced(solid, interface, modes, solver)
+        _tell_expectation(study, solid, interface, solver, stages)
+        reduction = massless_reduced(solid, interface, modes, solver, stages.report)
     else:
         forces = _interface_forces(study, solid, interface)
         reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
@@ -321,6 +329,22 @@ def _settled(reduced: Callable[[Choices], MeshLinear], choices: Choices, mode: i
             break
         found = reduced(better)
     return found
+
+
+def _tell_expectation(
+    study: MeshStudy,
+    solid: Solid,
+    interface: ContactInterface,
+    solver: ModalSolver,
+    stages: Stages,
+) -> None:
+    """Tell how long many contact points are going to take, before they do."""
+    if interface.count < MANY:
+        return
+    costs = Costs.measured(solver.static, interface.unit_forces(solid.owned))
+    text = expectation(costs, interface.count, solid.owned, least_motions(study))
+    if text:
+        stages.tell(text)
 
 
 def _modal_solver(study: MeshStudy, solid: Solid) -> ModalSolver:

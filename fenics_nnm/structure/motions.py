@@ -33,6 +33,13 @@ def assert_without_coriolis(study: Study) -> None:
         )
 
 
+def least_motions(study: Study) -> int:
+    """How many motions a study asks for at least."""
+    if study.continuation.beginning is not None:
+        return 1
+    return max(1, len(wanted_motions(study).certain_ratios))
+
+
 def harmonic_balance(study: Study) -> HarmonicBalance:
     """How the motions of a study are written in time, and contact is found."""
     return HarmonicBalance(

@@ -16,7 +16,7 @@ from fenics_nnm.mechanics.complementary import ROUND_OFF, complementary
 from fenics_nnm.mechanics.set_flexibility import SetFlexibility
 
 #: With fewer points than this, or if more than this part of them are near contact, all take part.
-_MANY, _MOST = 96, 0.6
+_MANY, _MOST = 160, 0.6
 
 #: Points whose excess comes nearer to zero than this part of the largest excess are near contact.
 _NEAR = 0.3

@@ -1,0 +1,66 @@
+"""Lines about long stages, and how long many contact points are going to take."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from rich.console import Console
+
+from fenics_nnm.progress import Lines, duration, progress
+from fenics_nnm.structure.expected_time import Costs, expectation
+
+
+def test_a_long_stage_tells_how_far_it_is_and_a_short_one_nothing() -> None:
+    told: list[str] = []
+    now = [0.0]
+    lines = Lines(told.append, clock=lambda: now[0])
+    for name, at, done in [
+        ("modes", 0, 0.0),
+        ("modes", 15, 0.5),
+        ("modes", 19, 1.0),
+        ("backbone", 20, 0.0),
+        ("backbone", 50, 0.25),
+        ("backbone", 60, 0.3),
+        ("backbone", 140, 0.5),
+        ("backbone", 170, 1.0),
+    ]:
+        now[0] = at
+        lines.hear(name, done)
+    assert told == [
+        "backbone: 25% after 30 s, about 2 min left",
+        "backbone: 50% after 2 min, about 2 min left",
+    ]
+
+
+def test_lines_go_where_there_is_no_terminal_and_none_from_a_quiet_rank() -> None:
+    for quiet in (False, True):
+        told: list[str] = []
+        with progress(Console(file=io.StringIO(), quiet=quiet), told.append) as stages:
+            stages.tell("2000 contact points")
+        assert told == ([] if quiet else ["2000 contact points"])
+
+
+def test_expected_time_is_that_of_the_measured_costs() -> None:
+    costs = Costs(solution=4e-3, operation=1e-10)
+    assert costs.attachments(2000, 12_000) == 2 * 2000 * 4e-3 + 8 * 12_000 * 2000**2 * 1e-10
+    assert np.isclose(costs.branch(2000, 10), costs.branch(1000, 10) * 8)
+    line = expectation(costs, 2000, 12_000, 3)
+    assert line.startswith("2000 contact points: about ") and "for 3 motions" in line
+    assert expectation(costs, 300, 12_000, 3) == ""
+
+
+def test_costs_are_measured_with_a_few_columns() -> None:
+    asked: list[int] = []
+
+    def static(forces: np.ndarray) -> np.ndarray:
+        asked.append(forces.shape[1])
+        return forces
+
+    costs = Costs.measured(static, np.ones((5, 40)))
+    assert asked == [16, 16]
+    assert 0 < costs.operation < 1e-6 and costs.solution > 0
+
+
+def test_durations_are_round() -> None:
+    assert [duration(seconds) for seconds in (0.2, 40, 200)] == ["1 s", "40 s", "3 min"]

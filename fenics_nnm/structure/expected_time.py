@@ -21,7 +21,7 @@ _COLUMNS, _ROWS = 16, 400
 _SOLUTIONS, _PRODUCTS = 2, 4
 
 #: Cubes of the number of points in operations: of the models of all levels, and of each motion.
-_MODELS, _MOTION = 20.0, 3.0
+_MODELS, _MOTION = 14.0, 8.0
 
 #: Shorter times than this, in s, are not worth a line.
 _WORTH = 10.0

@@ -25,7 +25,7 @@ from fenics_nnm.reduction.matrix_analysis import (
 )
 from fenics_nnm.reduction.matrix_modes import MatrixSolver
 from fenics_nnm.reduction.matrix_terms import Entries, MatrixTerms
-from fenics_nnm.reduction.modal_derivatives import with_second_order
+from fenics_nnm.reduction.modal_derivatives import Deflection, with_second_order
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
@@ -112,8 +112,8 @@ class MatrixStructure:
         masters = np.array(study.matrices.masters or (study.mode.number,)) - 1
 
         def bent(reduction: Reduction, operators: Operators) -> Reduction:
-            curvature = terms.curvature(reduction.shapes[:, masters])
-            return with_second_order(reduction, masters, terms, operators, curvature=curvature)
+            deflection = Deflection(terms.second, terms.third, terms.curvature)
+            return with_second_order(reduction, masters, operators, deflection)
 
         return bent
 

@@ -52,7 +52,7 @@ def cards(path: Path, depth: int = 0) -> Iterator[Card]:
     if depth > _DEEPEST:
         raise MeshError(f"mesh file {path}: includes itself", code=Code.MESH_FILE)
     try:
-        lines = path.read_bytes().decode("utf-8", errors="replace").splitlines()
+        lines = path.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
     except OSError as error:
         raise MeshError(
             f"mesh file {path}: cannot be read: {error.strerror}", code=Code.MESH_FILE

@@ -102,7 +102,7 @@ def blocks(path: Path) -> Iterator[Block]:
         MeshError: if the file cannot be read.
     """
     try:
-        lines = path.read_text(errors="replace").splitlines()
+        lines = path.read_text("utf-8-sig", errors="replace").splitlines()
     except OSError as error:
         raise MeshError(
             f"mesh file {path}: cannot be read: {error.strerror}", code=Code.MESH_FILE

@@ -47,7 +47,7 @@ def sign_of(path: Path) -> tuple[str, tuple[str, ...]]:
     """
     try:
         with path.open("rb") as file:
-            head = file.read(_HEAD).decode("latin-1")
+            head = file.read(_HEAD).decode("latin-1").removeprefix("\xef\xbb\xbf")
     except OSError as error:
         raise MeshError(
             f"mesh file {path}: cannot be read: {error.strerror}", code=Code.MESH_FILE

@@ -72,7 +72,7 @@ def lines_of(path: Path, depth: int = 0) -> Iterator[Line]:
     if depth > _DEEPEST:
         raise MeshError(f"mesh file {path}: includes itself", code=Code.MESH_FILE)
     try:
-        text = path.read_text(errors="replace")
+        text = path.read_text("utf-8-sig", errors="replace")
     except OSError as error:
         raise MeshError(
             f"mesh file {path}: cannot be read: {error.strerror}", code=Code.MESH_FILE

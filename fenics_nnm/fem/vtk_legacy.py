@@ -117,7 +117,7 @@ def read_vtk(path: Path) -> ForeignMesh:
         MeshError: if the file cannot be read.
     """
     try:
-        cursor = _read(path.read_bytes())
+        cursor = _read(path.read_bytes().removeprefix(b"\xef\xbb\xbf"))
         grid = Grid(
             cursor.points.reshape(-1, 3).astype(float),
             cursor.connectivity.astype(np.int64),

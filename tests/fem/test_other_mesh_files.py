@@ -12,8 +12,11 @@ import pytest
 from conftest import BEAM, PLATE, Ended
 from mpi4py import MPI
 
+from fenics_nnm.fem.abaqus_mesh import read_abaqus
 from fenics_nnm.fem.boundary import boundary
 from fenics_nnm.fem.mesh import read_mesh
+from fenics_nnm.fem.nastran_mesh import read_nastran
+from fenics_nnm.fem.vtk_legacy import read_vtk
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -57,6 +60,21 @@ def test_forms_of_bulk_data(tmp_path: Path) -> None:
     tip = surface.mask(tagged.facets["tip"]) != 0
     np.testing.assert_allclose(surface.centres[tip], [[0.01, 0.005, 0.005]], rtol=1e-12)
     np.testing.assert_allclose(surface.corners.reshape(-1, 3).max(axis=0), 0.01, rtol=1e-12)
+
+
+@pytest.mark.parametrize("reader", [read_abaqus, read_nastran, read_vtk])
+def test_a_byte_order_mark_is_read_over(reader: Callable[[Path], Any], tmp_path: Path) -> None:
+    """As editors of Windows write it before the first keyword."""
+    texts = {
+        read_abaqus: "*NODE\n1,0,0\n2,1,0\n3,0,1\n*ELEMENT,TYPE=CPS3\n1,1,2,3\n",
+        read_nastran: "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nCTRIA3,1,1,1,2,3\n",
+        read_vtk: "# vtk DataFile Version 3.0\n\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+        "POINTS 3 float\n0 0 0 1 0 0 0 1 0\nCELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\n",
+    }
+    path = tmp_path / "mesh"
+    path.write_text(texts[reader], "utf-8-sig")
+    found = reader(path)
+    assert found.cells["triangle"].tolist() == [[0, 1, 2]] and len(found.points) == 3
 
 
 BAD_BULK = [

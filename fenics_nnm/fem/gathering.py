@@ -16,6 +16,7 @@ from fenics_nnm.fem.elasticity import elasticity_at, region_of_cells
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.reference_cell import reference_cell
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.state_stress import state_stress_at
 from fenics_nnm.fem.vertices import at_vertices
 
 #: Elasticities that differ by less than this part of the largest are the same.
@@ -116,12 +117,26 @@ def gathered_basis(analysis: LinearAnalysis) -> Data:
         "material/elasticity": elasticity,
         "material/row": row,
         **_contact(way, analysis.interface),
+        **_static_state(way),
     }
     blocks = {
         "basis/shapes": way.blocks(reduction.shapes),
         "basis/residual_shapes": way.blocks(reduction.residual_shapes),
     }
     return Data(arrays, blocks)
+
+
+def _static_state(way: Gathering) -> dict[str, Any]:
+    """Displacement and stress of a body under steady loads, on rank 0; nothing without loads."""
+    solid = way.solid
+    if solid.state is None:
+        return {}
+    moved = way.nodal(solid.state.owned(solid.owned)[:, None])
+    stress = state_stress_at(solid, reference_cell(way.cell_type).samples)
+    return {
+        "state/displacement": moved[0] if len(moved) else moved,
+        "state/stress": way.of_cells(stress),
+    }
 
 
 def _elasticity(way: Gathering) -> tuple[Array, Indices]:

@@ -8,6 +8,8 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
+from fenics_nnm.arrays import Array
+from fenics_nnm.fem.elasticity import VTK_ORDER
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.stress import Expr, warm_stress
 
@@ -28,6 +30,24 @@ def state_stress(solid: Solid) -> Expr:
         lambda material: warm_stress(strain, loads.warming, material, theory, mesh)
     )
     return F * S * F.T / ufl.det(F)
+
+
+def state_stress_at(solid: Solid, points: Array) -> Array:
+    """Cauchy stress in Pa of a loaded body in the cells of this rank, in VTK's order.
+
+    Args:
+        solid: Body about its static state.
+        points: Reference coordinates in a cell, shape (s, dim).
+
+    Returns:
+        Shape (cells, s, 6).
+    """
+    mesh, dim = solid.tagged.mesh, solid.tagged.dim
+    sigma = state_stress(solid)
+    components = ufl.as_vector([sigma[i, j] for i, j in VTK_ORDER])
+    cells = np.arange(mesh.topology.index_map(dim).size_local, dtype=np.int32)
+    found = fem.Expression(components, points).eval(mesh, cells)
+    return np.asarray(found).reshape(len(cells), len(points), 6)
 
 
 def largest_von_mises(solid: Solid) -> float:

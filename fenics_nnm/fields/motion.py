@@ -21,11 +21,19 @@ from fenics_nnm.fields.table import PartTable
 from fenics_nnm.fields.vtu import block, write_collection
 
 DISPLACEMENT = "displacement (m)"
+TOTAL = "displacement from the unloaded body (m)"
 VELOCITY = "velocity (m/s)"
 PRESSURE = "contact pressure (Pa)"
 GAP = "gap (m)"
 
-_OF_BODY = {"displacement", "velocity", "von_mises", "principal_stress", "stress"}
+_OF_BODY = {
+    "displacement",
+    "total_displacement",
+    "velocity",
+    "von_mises",
+    "principal_stress",
+    "stress",
+}
 _OF_SURFACE = {"contact_pressure", "gap"}
 
 #: Frames that are computed at once.
@@ -141,6 +149,7 @@ class MotionFiles:
         """Displacement and velocity on the grid at phases, if they are wanted."""
         ways = {
             "displacement": (DISPLACEMENT, self.shapes.amounts),
+            "total_displacement": (TOTAL, self.shapes.amounts),
             "velocity": (VELOCITY, self.shapes.rates),
         }
         chosen = dict(way for field, way in ways.items() if field in self.rows.fields)
@@ -148,9 +157,14 @@ class MotionFiles:
         moved = [self.shapes.fields(np.concatenate(amounts))] if amounts else []
         for place in range(len(phase)):
             own = (field for each in moved for field in each[place :: len(phase)])
-            yield {
-                name: in_space(self.body.on_grid(u)) for name, u in zip(chosen, own, strict=True)
-            }
+            found = {name: self._on_grid(u) for name, u in zip(chosen, own, strict=True)}
+            if TOTAL in found and self.shapes.branch.state is not None:
+                found[TOTAL] = found[TOTAL] + self._on_grid(self.shapes.branch.state.displacement)
+            yield found
+
+    def _on_grid(self, values: Array) -> Array:
+        """Vectors at the nodes of the branch's mesh, in space at those of the grid."""
+        return in_space(self.body.on_grid(values))
 
     def write_surface(self, motion: Motion) -> None:
         """Write all frames of the contact surface.

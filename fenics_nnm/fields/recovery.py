@@ -67,6 +67,7 @@ class StressRecovery:
             the strains xx; xx, yy, 2 xy; or xx, yy, zz, 2 xy, 2 yz, 2 xz.
         smoothing: Stresses at the sampling points of these cells to those at the nodes wanted,
             sparse.
+        used: Numbers of these cells in the mesh.
     """
 
     mesh: FieldMesh
@@ -75,6 +76,12 @@ class StressRecovery:
     slopes: Array
     elasticity: Array
     smoothing: sparse.csr_array
+    used: Indices
+
+    def of_samples(self, sampled: Array) -> Array:
+        """Stress in Pa at the nodes wanted, (wanted, 6), of that at all samples, (cells, s, 6)."""
+        own = sampled[self.used]
+        return np.asarray(self.smoothing @ own.reshape(-1, own.shape[-1]))
 
     def at_samples(self, displacements: Array) -> Array:
         """Stress in Pa at the sampling points, shape (cells, s, 6, k), of k displacements in m.
@@ -126,7 +133,9 @@ def stress_recovery(
     smoothing = _smoothing(mesh, samples, patches, (node, vertex, weight))
     cells = numbered.reshape(places.shape[:2])
     slopes = _slopes(mesh.cell, places)
-    return StressRecovery(mesh, around, cells, slopes, elasticity[row[used]], smoothing[nodes])
+    return StressRecovery(
+        mesh, around, cells, slopes, elasticity[row[used]], smoothing[nodes], used
+    )
 
 
 def _slopes(cell: ReferenceCell, places: Array) -> Array:

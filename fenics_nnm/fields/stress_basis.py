@@ -16,21 +16,26 @@ _AT_ONCE = 8
 
 @dataclass(frozen=True, slots=True)
 class StressBasis:
-    """Recovered stress of each shape of a branch: stress is linear in displacement.
+    """Recovered stress of each shape of a branch: its change is linear in displacement.
 
     A motion at many instants, or several motions, then cost a matrix product.
 
     Attributes:
         shapes: Shapes.
         stresses: Stress of each in Pa at the nodes of the part, shape (shapes, 6, nodes).
+        steady: Stress of steady loads there, shape (6, nodes); none, shape (6, 0), without them.
     """
 
     shapes: MotionShapes
     stresses: Array
+    steady: Array
 
     def stress(self, amounts: Array, nodes: slice = slice(None)) -> Array:
         """Stress in Pa of amounts (k, shapes) at nodes of the part, shape (k, nodes, 6)."""
-        return np.moveaxis(np.tensordot(amounts, self.stresses[..., nodes], 1), 1, 2)
+        changes = np.tensordot(amounts, self.stresses[..., nodes], 1)
+        if self.steady.size:
+            changes += self.steady[:, nodes]
+        return np.moveaxis(changes, 1, 2)
 
 
 def stress_basis(body: FieldBody, shapes: MotionShapes, nodes: Indices) -> StressBasis:
@@ -41,4 +46,5 @@ def stress_basis(body: FieldBody, shapes: MotionShapes, nodes: Indices) -> Stres
     for start in range(0, len(displacements), _AT_ONCE):
         few = slice(start, start + _AT_ONCE)
         stresses[few] = np.swapaxes(recovery.at_nodes_of_each(displacements[few]), 1, 2)
-    return StressBasis(shapes, stresses)
+    steady = recovery.of_samples(body.steady).T if len(body.steady) else np.empty((6, 0))
+    return StressBasis(shapes, stresses, steady)

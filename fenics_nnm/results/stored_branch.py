@@ -26,6 +26,20 @@ _NODES_AT_ONCE = 10_000
 
 
 @dataclass(frozen=True, slots=True)
+class StoredState:
+    """Static state under steady loads, about which a branch moves.
+
+    Attributes:
+        displacement: Displacement of the nodes in m, shape (n, dim).
+        stress: Cauchy stress in Pa at the sampling points of the cells in VTK's order, shape
+            (cells, s, 6).
+    """
+
+    displacement: Array
+    stress: Array
+
+
+@dataclass(frozen=True, slots=True)
 class StoredBranch:
     """A branch with the mesh and the shapes that its motions are made of.
 
@@ -54,6 +68,7 @@ class StoredBranch:
             three rows.
         inertia: Harmonics of the displacement in m, shape (N + 1, n, dim), that full order adds at
             points, by their position.
+        state: Static state under steady loads; None where there are none.
     """
 
     header: BranchHeader
@@ -75,6 +90,7 @@ class StoredBranch:
     contact_patches: Indices
     contact_pressures: Array
     inertia: Mapping[float, Array]
+    state: StoredState | None = None
 
     @property
     def series(self) -> Series:
@@ -233,7 +249,14 @@ def read_stored_branch(path: Path) -> StoredBranch:
                 float(values.attrs["position"]): _mapped(path, values)
                 for values in file.get("inertia", {}).values()
             },
+            state=_state(file),
         )
+
+
+def _state(file: h5py.File) -> StoredState | None:
+    if "state" not in file:
+        return None
+    return StoredState(file["state/displacement"][:], file["state/stress"][:])
 
 
 def _assert_rows(file: h5py.File, count: int, names: Sequence[str]) -> None:

@@ -12,6 +12,7 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.linear import write_linear_modes
+from fenics_nnm.fields.state import write_state
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
 from fenics_nnm.results import branch_file
@@ -62,6 +63,8 @@ def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
     folder = file.with_name("fields")
     on_root(comm, folder.mkdir)
     write_linear_modes(folder / "linear_modes.vtu", body)
+    if body.solid.state is not None:
+        on_root(comm, write_state, folder / "static_state.vtu", file)
     wanted = [p for p in branch.points if p.gamma_ratio in study.continuation.report_at]
     if study.full_order:
         series = ready.chosen.prepared.balance.series

@@ -102,7 +102,7 @@ class _Round(AnyCasing):
     body: Literal["inside", "outside"] | None = Field(
         None, description='where the body is: "inside" a casing or "outside", around a shaft'
     )
-    growth: Finite = Field(
+    growth: Coordinate = Field(
         0.0, description="growth of the radius in m at the speed of [rotation], of the casing alone"
     )
 

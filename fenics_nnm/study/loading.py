@@ -7,9 +7,20 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.study.record import Finite, FromList, Names, Positive, Record, Vector, axis_vector
+from fenics_nnm.study.record import (
+    Coordinate,
+    Finite,
+    FromList,
+    Names,
+    Place,
+    Positive,
+    Record,
+    Vector,
+    axis_vector,
+)
 
 ThreeFinite = Annotated[tuple[Finite, Finite, Finite], FromList]
+ThreeCoordinates = Annotated[tuple[Coordinate, Coordinate, Coordinate], FromList]
 
 #: Temperature in K at which bodies are free of stress if the study does not say so.
 _ROOM = 293.15
@@ -21,7 +32,7 @@ class RotationSection(Record):
     axis: Literal["x", "y", "z"] | ThreeFinite = Field(
         description='axis of rotation: "x", "y", "z" or a vector of three finite numbers'
     )
-    origin: ThreeFinite = Field((0.0, 0.0, 0.0), description="a point on the axis in m")
+    origin: ThreeCoordinates = Field((0.0, 0.0, 0.0), description="a point on the axis in m")
     speed: Finite | None = Field(None, description="speed in rad/s")
     rpm: Finite | None = Field(None, description="speed in turns per minute")
     coriolis: bool = Field(
@@ -65,7 +76,7 @@ class PressureSection(Record):
 class SteadyForceSection(Record):
     """A steady force at a vertex, or spread evenly over facets; it keeps its direction."""
 
-    at: Vector | None = Field(None, description="coordinates in m: the nearest vertex is taken")
+    at: Place | None = Field(None, description="coordinates in m: the nearest vertex is taken")
     facets: Names | None = Field(None, description="name of a group of facets, or a list of names")
     force: Vector = Field(
         description="[fx, fy, fz] in N, of all facets together; as many as dimensions"

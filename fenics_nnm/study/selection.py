@@ -6,6 +6,7 @@ from typing import Literal, get_args
 
 FieldName = Literal[
     "displacement",
+    "total_displacement",
     "velocity",
     "von_mises",
     "principal_stress",
@@ -18,5 +19,7 @@ FieldName = Literal[
 
 FIELDS: tuple[FieldName, ...] = get_args(FieldName)
 
-#: All but the six components of the stress.
-DEFAULT_FIELDS: tuple[FieldName, ...] = tuple(name for name in FIELDS if name != "stress")
+#: All but the six components of the stress, and the displacement with that of steady loads.
+DEFAULT_FIELDS: tuple[FieldName, ...] = tuple(
+    name for name in FIELDS if name not in ("stress", "total_displacement")
+)

@@ -330,6 +330,15 @@ class MeshStudy(_SprungStudy):
         return self
 
     @model_validator(mode="after")
+    def _total_displacement_differs(self) -> MeshStudy:
+        if "total_displacement" in self.output.fields and not self.loaded:
+            raise ValueError(
+                'output.fields: "total_displacement" is that with steady loads: needs [rotation] '
+                'or [load]; "displacement" is all of it without'
+            )
+        return self
+
+    @model_validator(mode="after")
     def _loads_fit(self) -> MeshStudy:
         key = "rotation" if self.rotation else "load"
         if self.rotation is None and self.load is None:

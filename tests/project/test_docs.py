@@ -105,6 +105,8 @@ def keys_of(study: type[MeshStudy] | type[MatrixStudy]) -> Iterator[tuple[str, s
 PARTS = {
     "mesh": ["docs/mesh_files.md", "docs/blade.md"],
     "contact": ["docs/study_contact.md"],
+    "rotation": ["docs/loads.md"],
+    "load": ["docs/loads.md"],
 }
 
 

@@ -49,11 +49,12 @@ def _over_all_vertices(first: FirstContact) -> list[str]:
 
 def _table(prepared: Prepared, others: Frequencies) -> list[str]:
     """Frequencies of the modes, and how far they move the contact points."""
-    motion = np.abs(prepared.linear.model.at_rest().motion).max(axis=0)
+    rest = prepared.linear.model.at_rest()
+    motion = np.abs(rest.motion).max(axis=0)
     columns = {"frequency (Hz)": prepared.linear_frequencies}
     if len(others.unloaded):
         columns["unloaded (Hz)"] = others.unloaded
-    if len(others.gyroscopic):
+    if len(others.gyroscopic) and not rest.closed.any():
         columns["with Coriolis (Hz)"] = others.gyroscopic
     lines = [f" mode   {'   '.join(columns)}   motion at contact (kg^-1/2)"]
     for number, reach in enumerate(motion):

@@ -216,6 +216,11 @@ class _SprungStudy(_AnyStudy):
         return False
 
     @property
+    def rotates(self) -> bool:
+        """Whether there is an axis that the structure rotates about, at whatever speed."""
+        return False
+
+    @property
     def coriolis(self) -> bool:
         """Whether Coriolis forces belong to the linear modes; without rotation there are none."""
         return False
@@ -279,6 +284,11 @@ class MeshStudy(_SprungStudy):
     def loaded(self) -> bool:
         """Whether something loads the body steadily."""
         return self.load is not None or self.speed != 0
+
+    @property
+    def rotates(self) -> bool:
+        """Whether there is an axis that the structure rotates about, at whatever speed."""
+        return self.rotation is not None
 
     @property
     def coriolis(self) -> bool:

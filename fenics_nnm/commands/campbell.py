@@ -1,0 +1,115 @@
+"""fenics-nnm campbell: frequencies over speed."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+import numpy as np
+
+from fenics_nnm.commands.shared import (
+    DONE,
+    INCOMPLETE,
+    Commands,
+    add_settings,
+    add_study,
+    asked_study,
+    complain,
+    console_of,
+    show,
+    stages_of,
+)
+from fenics_nnm.errors import StudyError
+from fenics_nnm.interrupts import terminable
+
+#: Most speeds of a diagram.
+_MOST = 10_000
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    campbell = commands.add_parser(
+        "campbell", help="frequencies of linear modes over speed, with engine orders"
+    )
+    campbell.add_argument(
+        "--speeds", required=True, metavar="FROM:TO:STEP", help="speeds in rad/s, both ends too"
+    )
+    campbell.add_argument("--rpm", action="store_true", help="speeds are turns per minute")
+    campbell.add_argument("--modes", type=int, default=6, metavar="N", help="modes (default: 6)")
+    campbell.add_argument(
+        "--orders", default="1,2,3,4", metavar="LIST", help="engine orders (default: 1,2,3,4)"
+    )
+    campbell.add_argument(
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder of the results (default: results/STUDY-campbell)",
+    )
+    add_settings(campbell)
+    add_study(campbell)
+    campbell.set_defaults(action=_campbell)
+
+
+def _campbell(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.output.campbell_report import write_campbell
+    from fenics_nnm.structure.campbell import campbell_lines
+
+    comm = MPI.COMM_WORLD
+    speeds, orders = speeds_from(arguments.speeds, turns=arguments.rpm), orders_of(arguments.orders)
+    if arguments.modes < 1:
+        raise StudyError(f"--modes {arguments.modes}: must be 1 or more")
+    (study, _), console = asked_study(arguments), console_of(comm)
+    folder = arguments.output or Path("results") / f"{arguments.study.stem}-campbell"
+    with terminable(), stages_of(console, arguments) as stages:
+        points = campbell_lines(study, speeds, arguments.modes, comm, stages)
+        title, turns = study.title, arguments.rpm
+        found = on_root(comm, write_campbell, folder, points, orders, title=title, turns=turns)
+    for each in found:
+        show(
+            console,
+            f"engine order {each.order} meets mode {each.mode + 1} at {each.speed:.6g} rad/s "
+            f"({each.speed * 30 / math.pi:.6g} rpm), {each.frequency:.6g} Hz",
+        )
+    show(console, f"results in {folder}")
+    missing = [point for point in points if point.reason]
+    if missing and comm.rank == 0:
+        complain(
+            f"incomplete: {len(missing)} of {len(points)} speeds without frequencies, the first at "
+            f"{missing[0].speed:g} rad/s: {missing[0].reason}"
+        )
+    return INCOMPLETE if missing else DONE
+
+
+def speeds_from(text: str, *, turns: bool = False) -> list[float]:
+    """Speeds in rad/s of FROM:TO:STEP in rad/s, or in turns per minute, with both ends.
+
+    Raises:
+        StudyError: if it is not of this form.
+    """
+    try:
+        start, stop, step = (float(part) for part in text.split(":"))
+    except ValueError as error:
+        raise StudyError(f"--speeds {text}: must be FROM:TO:STEP, three numbers") from error
+    if not (0 <= start < stop < math.inf and 0 < step < math.inf):
+        raise StudyError(f"--speeds {text}: must rise from 0 or more, by a positive step")
+    steps = math.ceil((stop - start) / step - 1e-9)
+    if steps >= _MOST:
+        raise StudyError(f"--speeds {text}: are {steps + 1} speeds: must be {_MOST} at most")
+    unit = math.pi / 30 if turns else 1.0
+    return [float(each) * unit for each in np.linspace(start, stop, steps + 1)]
+
+
+def orders_of(text: str) -> list[int]:
+    """Engine orders of a list with commas, which may be empty.
+
+    Raises:
+        StudyError: if they are not positive integers, each once.
+    """
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    if not all(part.isdecimal() and int(part) for part in parts) or len(set(parts)) < len(parts):
+        raise StudyError(f"--orders {text}: must be different positive integers, as in 1,2,4")
+    return [int(part) for part in parts]

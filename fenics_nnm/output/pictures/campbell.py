@@ -1,0 +1,72 @@
+"""The picture of a Campbell diagram: frequencies over speed with engine orders, and the gap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fenics_nnm.output.pictures.style import (
+    BLACK,
+    CURVES,
+    GREY,
+    label,
+    legend_below,
+    new_figure,
+    unit_for,
+)
+from fenics_nnm.reduction.mode_lines import Crossing
+from fenics_nnm.structure.campbell import AtSpeed
+
+
+def campbell_plot(
+    points: Sequence[AtSpeed],
+    crossings: Sequence[Crossing],
+    orders: Sequence[int],
+    title: str,
+    *,
+    turns: bool = False,
+) -> Figure:
+    """Frequencies of modes over speed, engine orders with their crossings; the gap beside it.
+
+    Args:
+        points: The body at each speed; some with a static state.
+        crossings: Where engine orders meet modes.
+        orders: Engine orders.
+        title: Title.
+        turns: Whether speeds are shown in turns per minute.
+    """
+    figure = new_figure(height=4.0, width=6.4)
+    left, right = figure.subplots(1, 2, width_ratios=(2.4, 1))
+    found = [point for point in points if not point.reason]
+    unit = 30 / np.pi if turns else 1.0
+    speed = unit * np.array([point.speed for point in found])
+    lines = np.array([point.frequencies for point in found]).T
+    for mode, line in enumerate(lines):
+        colour, _ = CURVES[mode % len(CURVES)]
+        left.plot(speed, line, color=colour, lw=1.3, marker=".", ms=3, label=f"mode {mode + 1}")
+    top = 1.05 * float(lines.max())
+    for order in orders:
+        end = min(float(speed.max()), top * 2 * np.pi * unit / order)
+        left.plot([0, end], [0, order * end / unit / 2 / np.pi], color=GREY, lw=0.8, ls="--")
+        left.annotate(f"{order}", (end, order * end / unit / 2 / np.pi), fontsize=7, color=GREY)
+    left.plot(
+        [unit * each.speed for each in crossings],
+        [each.frequency for each in crossings],
+        "o",
+        mfc="none",
+        color=BLACK,
+        ms=5,
+        label="engine order meets mode",
+    )
+    left.set_ylim(0, top)
+    name = "speed  (rpm)" if turns else "speed  (rad/s)"
+    label(left, name, "frequency  (Hz)")
+    gaps = np.array([point.gap for point in found])
+    length = unit_for(gaps, "m")
+    right.plot(speed, length.factor * gaps, color=BLACK, lw=1.3, marker=".", ms=3)
+    label(right, name, f"smallest gap  ({length.name})")
+    left.set_title(title, fontsize=9)
+    legend_below(figure, left, columns=4)
+    return figure

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from fenics_nnm.output.pictures.style import (
     BLACK,
@@ -66,6 +67,7 @@ def campbell_plot(
     gaps = np.array([point.gap for point in found])
     length = unit_for(gaps, "m")
     right.plot(speed, length.factor * gaps, color=BLACK, lw=1.3, marker=".", ms=3)
+    right.xaxis.set_major_locator(MaxNLocator(nbins=3))
     label(right, name, f"smallest gap  ({length.name})")
     left.set_title(title, fontsize=9)
     legend_below(figure, left, columns=4)

@@ -67,8 +67,8 @@ def campbell_plot(
     gaps = np.array([point.gap for point in found])
     length = unit_for(gaps, "m")
     right.plot(speed, length.factor * gaps, color=BLACK, lw=1.3, marker=".", ms=3)
-    right.xaxis.set_major_locator(MaxNLocator(nbins=3))
     label(right, name, f"smallest gap  ({length.name})")
+    right.xaxis.set_major_locator(MaxNLocator(nbins=3))
     left.set_title(title, fontsize=9)
     legend_below(figure, left, columns=4)
     return figure

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from bent_body import dense_operators
+from bent_body import dense_operators, flat
 from scipy.linalg import eigh
 
 from fenics_nnm.arrays import Array, Indices
@@ -153,7 +153,7 @@ class Cantilever:
         truncation = massless_truncation(residual, operators)
         model = ReducedModel(omega, rows, R, np.array([GAP]))
         linear = Reduction(model, shapes, residual, truncation)
-        return with_second_order(linear, masters, self, operators)
+        return with_second_order(linear, masters, operators, flat(self.second, self.third))
 
 
 def _sym(H: Array) -> Array:

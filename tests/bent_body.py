@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.second_order import symmetrised
-from fenics_nnm.reduction.modal_derivatives import with_second_order
+from fenics_nnm.reduction.modal_derivatives import Deflection, with_second_order
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 
@@ -66,7 +67,13 @@ class BentBody:
         Phi = self.B[:, :modes]
         residual = static - (shapes / self.omega[:modes] ** 2) @ Phi.T
         model = ReducedModel(self.omega[:modes], Phi, self.B @ residual, np.ones(len(self.B)))
-        return with_second_order(Reduction(model, shapes, residual, None), masters, self, operators)
+        linear = Reduction(model, shapes, residual, None)
+        return with_second_order(linear, masters, operators, flat(self.second, self.third))
+
+
+def flat(second: Callable[[Array, Array], Array], third: Callable[..., Array]) -> Deflection:
+    """Derivatives of a force, with obstacles that are not curved."""
+    return Deflection(second, third, lambda shapes: np.zeros((1, shapes.shape[1], shapes.shape[1])))
 
 
 def dense_operators(K: Array, M: Array, B: Array) -> Operators:

@@ -11,7 +11,7 @@ from fenics_nnm.backbone.frequency_continuation import FrequencyContinuation
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.order import REDUCED, FullOrder, Order, ReducedOrder
 from fenics_nnm.backbone.point_maker import PointMaker
-from fenics_nnm.backbone.verdict import judged
+from fenics_nnm.backbone.verdict import doubted, judged
 from fenics_nnm.backbone.wanted import SILENT, Progress, Wanted
 from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.model import ReducedModel
@@ -80,4 +80,5 @@ def follow(
         harmonic=wanted.harmonic,
         shooting=shooting and order.has_flow,
     )
-    return Branch(verdicts.points, found.failures, found.reason, verdicts.bifurcations)
+    points = doubted(verdicts.points, order.doubt)
+    return Branch(points, found.failures, found.reason, verdicts.bifurcations)

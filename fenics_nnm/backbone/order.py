@@ -32,6 +32,10 @@ class Order(Protocol):
     def has_flow(self) -> bool:
         """Whether motions can be followed in time: the flow is that of a reduced model."""
 
+    @property
+    def doubt(self) -> str:
+        """Why no motion can be verified, whatever integration in time says; or nothing."""
+
     def assert_fits(self, model: ReducedModel) -> None:
         """Refuse a model that the equations of this order do not hold for.
 
@@ -62,10 +66,12 @@ class ReducedOrder:
         truncation: What the model leaves out, in SI units, for an error estimate of each point;
             None where it is not known.
         forces: Forces besides contact that the motion determines, in SI units.
+        doubt: Why no motion can be verified, whatever integration in time says; or nothing.
     """
 
     truncation: Truncation | None = None
     forces: tuple[AddedForce, ...] = ()
+    doubt: str = ""
 
     @property
     def has_flow(self) -> bool:
@@ -114,6 +120,11 @@ class FullOrder:
     def has_flow(self) -> bool:
         """The flow would be that of the reduced model."""
         return False
+
+    @property
+    def doubt(self) -> str:
+        """Nothing."""
+        return ""
 
     def assert_fits(self, model: ReducedModel) -> None:
         """Gaps must be positive, and kinematics linear."""

@@ -127,6 +127,19 @@ def judged(
     return Judgement(tuple(found), along)
 
 
+def doubted(points: tuple[BranchPoint, ...], doubt: str) -> tuple[BranchPoint, ...]:
+    """The points, none of them verified where a doubt stands against all."""
+    if not doubt:
+        return points
+    return tuple(_doubted(point, doubt) for point in points)
+
+
+def _doubted(point: BranchPoint, doubt: str) -> BranchPoint:
+    if point.verdict is None or point.verdict.status != VERIFIED:
+        return point
+    return replace(point, verdict=replace(point.verdict, status=CONVERGED, reason=doubt))
+
+
 def internal_resonance(
     model: ReducedModel, series: Series, point: BranchPoint, mode: int, harmonic: int = 1
 ) -> str:

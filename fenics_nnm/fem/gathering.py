@@ -123,6 +123,8 @@ def gathered_basis(analysis: LinearAnalysis) -> Data:
         "basis/shapes": way.blocks(reduction.shapes),
         "basis/residual_shapes": way.blocks(reduction.residual_shapes),
     }
+    if reduction.bent_shapes.size:
+        blocks["basis/bent_shapes"] = way.blocks(reduction.bent_shapes)
     return Data(arrays, blocks)
 
 

@@ -220,7 +220,11 @@ def symmetrised(tensor: Array) -> Array:
 
 
 def _assert_symmetric(name: str, tensor: Array, orders: tuple[tuple[int, ...], ...]) -> None:
-    """Refuse a tensor that is another one with its indices in some other order."""
+    """Refuse a tensor that is another one with its indices in some other order.
+
+    Raises:
+        ModelError: if it is.
+    """
     largest = np.abs(tensor).max(initial=0.0)
     for order in orders:
         difference = np.abs(tensor - tensor.transpose(order)).max(initial=0.0)

@@ -9,10 +9,10 @@ With f the internal force of the structure at its state of rest, phi_i the maste
     D_ijkl     = theta_ij . M theta_kl,
     Theta_c,ij = closing of contact point c by theta_ij + curvature of its obstacle,
 
-alpha of the masters and beta symmetrised, see `mechanics.second_order`. What theta would share with
-modes that are no masters is in the coordinates of these, moved by alpha. S. R. Idelsohn, A. Cardona,
-Comput. Methods Appl. Mech. Eng. 49 (1985) 253-279; S. Jain, P. Tiso, J. B. Rutzmoser, D. J. Rixen,
-Comput. Struct. 188 (2017) 80-94.
+beta symmetrised, see `mechanics.second_order`. What theta would share with modes that are no
+masters is in the coordinates of these, moved by alpha. S. R. Idelsohn, A. Cardona, Comput. Methods
+Appl. Mech. Eng. 49 (1985) 253-279; S. Jain, P. Tiso, J. B. Rutzmoser, D. J. Rixen, Comput. Struct.
+188 (2017) 80-94.
 """
 
 from __future__ import annotations
@@ -24,10 +24,15 @@ from itertools import combinations_with_replacement, permutations
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.mechanics.second_order import SecondOrder, symmetrised
+from fenics_nnm.mechanics.second_order_effect import ASKED
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
+
+#: Derivatives may lack symmetry by this part of what their entries are products of.
+_ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +75,7 @@ def with_second_order(
     """A massless reduction with second-order kinematics; arguments as of `modal_derivatives`."""
     found = modal_derivatives(reduction, masters, operators, deflection)
     model = replace(reduction.model, kinematics=found.order)
-    return replace(reduction, model=model, bent_shapes=found.theta)
+    return replace(reduction, model=model, bent_shapes=found.theta, choice=ASKED)
 
 
 def modal_derivatives(
@@ -94,9 +99,10 @@ def modal_derivatives(
     theta = -operators.static(forces)
     theta -= shapes @ operators.inner(operators.mass(shapes), theta)
     alpha = operators.inner(shapes, forces)[:, place] / 2
-    alpha[masters] = symmetrised(alpha[masters])
+    size = _norm(operators, phi) * _norm(operators, forces)
+    alpha[masters] = _of_potential("second", alpha[masters], size)
     both = place[:, :, None, None], place
-    cubic = symmetrised(_third(phi, operators, deflection))
+    cubic = _third(phi, operators, deflection)
     order = SecondOrder(
         masters=masters,
         Theta=operators.contact(theta)[:, place] + deflection.obstacle(phi),
@@ -109,11 +115,38 @@ def modal_derivatives(
 
 def _third(phi: Array, operators: Operators, deflection: Deflection) -> Array:
     """phi_i . f'''[phi_j, phi_k, phi_l], shape (k, k, k, k)."""
-    count = phi.shape[1]
+    count, size = phi.shape[1], 0.0
     whole = np.empty((count,) * 4)
     for triple in combinations_with_replacement(range(count), 3):
         force = deflection.third(*(phi[:, i] for i in triple))[:, None]
         row = operators.inner(phi, force)[:, 0]
+        size = max(size, _norm(operators, phi) * _norm(operators, force))
         for a, b, c in permutations(triple):
             whole[:, a, b, c] = row
-    return whole
+    return _of_potential("third", whole, size)
+
+
+def _of_potential(name: str, tensor: Array, size: float) -> Array:
+    """A derivative of a force along masters, whose indices can all be exchanged.
+
+    Args:
+        name: Which derivative it is.
+        tensor: The derivative.
+        size: What its entries are products of.
+
+    Raises:
+        ModelError: if they cannot.
+    """
+    found = symmetrised(tensor)
+    wrong = float(np.abs(found - tensor).max())
+    if wrong > _ROUND_OFF * size:
+        raise ModelError(
+            f"{name} derivative of the internal force: entries differ by up to {wrong:.3g} from "
+            f"their mean over all orders, {np.abs(found).max():.3g}: must be that of a potential"
+        )
+    return found
+
+
+def _norm(operators: Operators, columns: Array) -> float:
+    """Norm of all columns, over all ranks."""
+    return float(np.sqrt(np.trace(operators.inner(columns, columns))))

@@ -10,6 +10,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.force import AddedForce
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.pairs import Pairs
+from fenics_nnm.mechanics.second_order_effect import UNASKED, KinematicsChoice
 from fenics_nnm.reduction.truncation import Truncation
 
 
@@ -34,6 +35,7 @@ class Reduction:
         attached: Displacement of further points with forces per modal coordinate, shape (p, J).
         bent_shapes: theta_ij of pairs i <= j of masters, (0, 0), (0, 1) .. (1, 1) and so on, in
             1/(kg m), shape (n, k (k + 1) / 2); none with linear kinematics.
+        choice: Which kinematics it has, and why.
     """
 
     model: ReducedModel
@@ -43,6 +45,7 @@ class Reduction:
     forces: tuple[AddedForce, ...] = ()
     attached: Array = field(default_factory=lambda: np.zeros((0, 0)))
     bent_shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    choice: KinematicsChoice = UNASKED
 
     def displacement(self, q: Array, force: Array) -> Array:
         """Displacement u in m, shape (n,), of coordinates (J,) and contact forces in N (n_c,)."""

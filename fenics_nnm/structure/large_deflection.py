@@ -1,23 +1,16 @@
-"""Second-order kinematics of a body on a mesh."""
+"""Second-order kinematics of a body on a mesh, of masters that are given."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 from fenics_nnm.arrays import Indices
-from fenics_nnm.fem.deflection import BodyDeflection
 from fenics_nnm.fem.linear import operators_of
 from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.modes import DirectModalSolver
-from fenics_nnm.fem.obstacle_curvature import obstacle_closing
-from fenics_nnm.reduction.modal_derivatives import (
-    Deflection,
-    ModalDerivatives,
-    modal_derivatives,
-)
+from fenics_nnm.reduction.modal_derivatives import ModalDerivatives, modal_derivatives
+from fenics_nnm.structure.kinematics import deflection_of
 from fenics_nnm.structure.mesh_structure import MeshLinear
-from fenics_nnm.structure.point_choice import chosen_of
 
 
 def with_modal_derivatives(
@@ -36,17 +29,8 @@ def with_modal_derivatives(
     if solver is None:
         with DirectModalSolver(linear.solid) as own:
             return with_modal_derivatives(linear, masters, own)
-    body, chosen = BodyDeflection(linear.solid), chosen_of(linear.choices)
-    found = modal_derivatives(
-        linear.reduction,
-        masters,
-        operators_of(linear.solid, linear.interface, solver),
-        Deflection(
-            body.second,
-            body.third,
-            partial(obstacle_closing, linear.interface, linear.sites, chosen),
-        ),
-    )
+    operators = operators_of(linear.solid, linear.interface, solver)
+    found = modal_derivatives(linear.reduction, masters, operators, deflection_of(linear))
     model = replace(linear.model, kinematics=found.order)
-    reduction = replace(linear.reduction, model=model)
+    reduction = replace(linear.reduction, model=model, bent_shapes=found.theta)
     return replace(linear, reduction=reduction), found

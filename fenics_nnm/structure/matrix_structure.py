@@ -30,6 +30,7 @@ from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.first_contact import FirstContact
+from fenics_nnm.structure.kinematics import kinematics_lines
 from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.mode_count import mode_count
 from fenics_nnm.study import MatrixStudy
@@ -188,6 +189,7 @@ class MatrixLinear(MatrixAnalysis):
         return [
             f"matrices         {matrices.size} unknowns, {matrices.size - matrices.massive} "
             "without mass",
+            *kinematics_lines(self.reduction),
             f"contact          {matrices.points} rows, gap {gaps}",
         ]
 

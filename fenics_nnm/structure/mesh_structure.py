@@ -38,6 +38,7 @@ from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.group_table import facet_counts, group_table
+from fenics_nnm.structure.kinematics import kinematics_lines, reduction_with_kinematics
 from fenics_nnm.structure.load_lines import load_lines
 from fenics_nnm.structure.loading import assert_followers_apart, assert_off_axis, loads_of
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
@@ -94,7 +95,9 @@ class MeshStructure:
         with stages.stage("factors"):
             found = _modal_solver(self.study, assembled.solid)
         with found as solver:
-            return _reduced(assembled, solver, stages, at_most)
+            reduced = _reduced(assembled, solver, stages, at_most)
+            bent = reduction_with_kinematics(self.study, reduced, solver, stages)
+        return replace(reduced, reduction=bent)
 
     def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
         """As `Structure.driven`."""
@@ -257,6 +260,7 @@ class MeshLinear(LinearAnalysis):
             *attachment_lines(solid, interface),
             *rigid_lines(solid.body.constraints),
             *load_lines(solid),
+            *kinematics_lines(self.reduction),
             f"contact          {interface.count} points, {interface.areas.sum():.6g} m^2, "
             f"{'smallest ' * (len(interface.names) > 1)}gap {interface.gap.min():.4g} m",
             *(f"  {patch}" for patch in patch_summaries(interface)),

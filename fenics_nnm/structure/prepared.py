@@ -67,7 +67,7 @@ class Prepared:
     def reduced_order(self) -> ReducedOrder:
         """Equations of the reduced model, with all forces that it has."""
         reduction = self.linear.reduction
-        return ReducedOrder(reduction.truncation, reduction.forces)
+        return ReducedOrder(reduction.truncation, reduction.forces, reduction.choice.doubt)
 
     def warnings(self) -> tuple[str, ...]:
         """What looks like a wrong unit or direction, a line each; to be called on all ranks."""

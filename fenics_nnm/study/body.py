@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, Tag, model_validator
 
-from fenics_nnm.study.record import FromList, Length, Names, Positive, Record
+from fenics_nnm.study.record import Count, FromList, Length, Names, Positive, Record
 from fenics_nnm.study.tagged import by_key
 
 _THEORIES = "rod in 1-D, plane-stress or plane-strain in 2-D, solid in 3-D"
@@ -16,6 +16,28 @@ class _Body(Record):
     """What every body has."""
 
     degree: Literal[1, 2] = Field(2, description="polynomial degree of the displacement")
+    kinematics: Literal["linear", "second-order", "auto"] | None = Field(
+        None,
+        description='"second-order": large deflection; "linear": small deflection, and what second '
+        'order would change; "auto": second order where it matters; small deflection without',
+    )
+    masters: Annotated[tuple[Count, ...], FromList] | None = Field(
+        None,
+        description="numbers of the modes that bend the body in second order, from 1; mode.number "
+        "alone without",
+    )
+
+    @model_validator(mode="after")
+    def _masters_bend(self) -> _Body:
+        if self.masters is None:
+            return self
+        if self.kinematics in (None, "linear"):
+            raise ValueError('masters: has no effect without kinematics = "second-order" or "auto"')
+        if not self.masters or list(self.masters) != sorted(set(self.masters)):
+            raise ValueError(
+                f"masters = {list(self.masters)}: must be numbers of modes, ascending, one or more"
+            )
+        return self
 
 
 class RodSection(_Body):

@@ -207,8 +207,23 @@ class _AnyStudy(Record):
         return self
 
 
+def assert_kept(key: str, masters: tuple[int, ...] | None, modes: int | str) -> None:
+    """Refuse masters that are not among the modes.
+
+    Raises:
+        ValueError: if there are some.
+    """
+    if masters and modes != "auto" and masters[-1] > int(modes):
+        raise ValueError(f"{key} = {list(masters)}: must not be above reduction.modes = {modes}")
+
+
 class _SprungStudy(_AnyStudy):
-    """A study whose structure may have springs that are not linear."""
+    """A study whose structure may have springs that are not linear, or bend far."""
+
+    @property
+    def bends(self) -> bool:
+        """Whether second-order kinematics are asked for, or may be needed."""
+        return False
 
     @property
     def cubic(self) -> bool:
@@ -255,6 +270,21 @@ class _SprungStudy(_AnyStudy):
             )
         return self
 
+    @model_validator(mode="after")
+    def _bending_is_resolved(self) -> _SprungStudy:
+        if not self.bends:
+            return self
+        if self.carries_mass or self.full_order:
+            raise ValueError('second-order kinematics: need reduction.method = "massless"')
+        harmonics, samples = self.mode.harmonics, self.mode.samples
+        if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
+            raise ValueError(
+                f"mode.samples = {samples}: must be above 4 mode.harmonics = "
+                f"{4 * int(harmonics)} with second-order kinematics, whose forces have three "
+                "times as many harmonics"
+            )
+        return self
+
 
 class MeshStudy(_SprungStudy):
     """All that a run of a mesh needs to know; lengths in m, in [mesh] in its length_unit."""
@@ -279,6 +309,16 @@ class MeshStudy(_SprungStudy):
     def cubic(self) -> bool:
         """Whether there are springs with a cubic stiffness."""
         return any(each.cubic for each in self.spring)
+
+    @property
+    def bends(self) -> bool:
+        """Whether second-order kinematics are asked for, or may be needed."""
+        return self.body.kinematics in ("second-order", "auto")
+
+    @model_validator(mode="after")
+    def _masters_are_kept(self) -> MeshStudy:
+        assert_kept("body.masters", self.body.masters, self.reduction.modes)
+        return self
 
     @property
     def loaded(self) -> bool:
@@ -414,32 +454,14 @@ class MatrixStudy(_SprungStudy):
             raise ValueError("contact.gap_growth: has no effect without matrices.speed")
         return self
 
+    @property
+    def bends(self) -> bool:
+        """Whether there are terms that are not linear."""
+        return self.matrices.bends
+
     @model_validator(mode="after")
-    def _bending_is_resolved(self) -> MatrixStudy:
-        if not self.matrices.bends:
-            return self
-        harmonics, samples = self.mode.harmonics, self.mode.samples
-        if self.carries_mass:
-            raise ValueError(
-                'matrices: terms that are not linear need reduction.method = "massless"'
-            )
-        if self.automatic:
-            raise ValueError(
-                f'{self.automatic[0]} = "auto": does not go with terms of [matrices] that are not '
-                "linear: must be a number"
-            )
-        if int(samples) <= 4 * int(harmonics):
-            raise ValueError(
-                f"mode.samples = {samples}: must be above 4 mode.harmonics = "
-                f"{4 * int(harmonics)} with terms of [matrices] that are not linear, whose forces "
-                "have three times as many harmonics"
-            )
-        masters = self.matrices.masters or ()
-        if masters and masters[-1] > self.resolution.modes:
-            raise ValueError(
-                f"matrices.masters: {masters[-1]} must not be above reduction.modes = "
-                f"{self.resolution.modes}"
-            )
+    def _masters_are_kept(self) -> MatrixStudy:
+        assert_kept("matrices.masters", self.matrices.masters, self.reduction.modes)
         return self
 
 

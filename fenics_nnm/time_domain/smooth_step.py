@@ -142,6 +142,8 @@ class SmoothStep:
     def end(self, start: float) -> float:
         """First time after `start` at which a margin is negative, or the end of the step."""
         rule = self.rule
+        if start >= rule.step:
+            return rule.step
         states = zip(self.states(np.array([start])), self._states(rule.at_watched), strict=True)
         q, velocity = (np.concatenate(parts) for parts in states)
         late = np.append(True, rule.watched > start)

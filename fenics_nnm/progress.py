@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,11 +14,18 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from fenics_nnm.stages import Stages
 
 #: Seconds between two lines about a stage.
-_PATIENCE = 20.0
+_PATIENCE = 30.0
+
+
+def _on_stderr(line: str) -> None:
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
 
 
 @contextmanager
-def progress(console: Console, tell: Callable[[str], None]) -> Iterator[Stages]:
+def progress(
+    console: Console, tell: Callable[[str], None] = _on_stderr
+) -> Iterator[Stages]:
     """Stages that show a bar each while the context is open, or tell lines of long stages.
 
     Args:

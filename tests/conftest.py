@@ -96,8 +96,12 @@ def study_file(tmp_path: Path) -> Callable[..., Path]:
 
 @pytest.fixture
 def command(tmp_path: Path, monkeypatch: Any, capfd: Any) -> Callable[..., Ended]:
-    """A function that calls the command line in process, in an empty folder."""
+    """A function that calls the command line in process, in an empty folder.
+
+    However slow the machine is, no stage reports how far it is.
+    """
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("fenics_nnm.progress._PATIENCE", math.inf)
 
     def call(*arguments: object) -> Ended:
         capfd.readouterr()

@@ -28,8 +28,11 @@ class FirstContact:
 
     @property
     def excess(self) -> float:
-        """By which part the energy of the contact points is above that of all vertices."""
-        return self.energy / self.over_all - 1
+        """By which part the energy of the contact points is above that of all vertices.
+
+        It is 0 where gaps are so small that energies underflow.
+        """
+        return self.energy / self.over_all - 1 if self.over_all else 0.0
 
     @property
     def limited(self) -> bool:

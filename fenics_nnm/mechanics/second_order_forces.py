@@ -42,9 +42,17 @@ class PolynomialStiffness:
         return np.asarray(motion.series.analysis @ self._values(motion.displacement))
 
     def tangent(self, motion: SampledMotion) -> Array:
-        """Derivative: sum_k A_nk (df / dq)_k S_kn'."""
-        series = motion.series
-        return sampled_tangent(series.analysis, series.synthesis, self._slopes(motion.displacement))
+        """Derivative: sum_k A_nk (df / dq)_k S_kn', whose columns or rows are of masters."""
+        series, own = motion.series, self.masters
+        rows, modes = motion.q.shape
+        by_master, of_master = self._slopes(motion.displacement)
+        whole = np.zeros((rows, modes, rows, modes))
+        columns = sampled_tangent(series.analysis, series.synthesis, by_master)
+        whole[:, :, :, own] = columns.reshape(rows, modes, rows, len(own))
+        if self._coupled.any():
+            coupled = sampled_tangent(series.analysis, series.synthesis, of_master)
+            whole[:, own] += coupled.reshape(rows, len(own), rows, modes)
+        return whole.reshape(rows * modes, rows * modes)
 
     def by_omega(self, motion: SampledMotion) -> Array:
         """It does not depend on the frequency."""
@@ -65,9 +73,12 @@ class PolynomialStiffness:
 
     def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
         """Its derivatives by coordinates and velocities at states."""
-        shape = (*q.shape, q.shape[-1])
-        by_q = self._slopes(q.reshape(-1, q.shape[-1])).reshape(shape)
-        return by_q, np.zeros(shape)
+        shape, own = (*q.shape, q.shape[-1]), self.masters
+        by_master, of_master = self._slopes(q.reshape(-1, q.shape[-1]))
+        by_q = np.zeros((len(by_master), *shape[-2:]))
+        by_q[:, :, own] = by_master
+        by_q[:, own] += of_master
+        return by_q.reshape(shape), np.zeros(shape)
 
     def energy_at(self, q: Array, velocity: Array) -> float:
         """Its potential at coordinates of shape (J,)."""
@@ -81,14 +92,12 @@ class PolynomialStiffness:
         force[:, self.masters] += (shared @ masters[:, :, None])[:, :, 0]
         return np.asarray(force)
 
-    def _slopes(self, q: Array) -> Array:
-        """Derivatives of the force, shape (s, J, J)."""
+    def _slopes(self, q: Array) -> tuple[Array, Array]:
+        """Derivatives of the force by masters (s, J, k), and of that on masters by others."""
         masters, own = q[:, self.masters], self.masters
-        slopes = np.zeros((len(q), len(self.alpha), len(self.alpha)))
-        slopes[:, own] = 2 * np.tensordot(masters, self._coupled, (1, 2)).swapaxes(1, 2)
-        slopes[:, :, own] += 2 * np.tensordot(masters, self.alpha, (1, 2))
-        slopes[:, own[:, None], own] += 2 * self._coupling(q) + 3 * self._squared(self._pairs(q))
-        return slopes
+        by_master = 2 * np.tensordot(masters, self.alpha, (1, 2))
+        by_master[:, own] += 2 * self._coupling(q) + 3 * self._squared(self._pairs(q))
+        return by_master, 2 * np.tensordot(masters, self._coupled, (1, 2)).swapaxes(1, 2)
 
     def _potentials(self, q: Array) -> Array:
         """Potentials of states (s, J), shape (s,)."""

@@ -68,25 +68,29 @@ class Margins:
     def _crossing(self, at: int, point: int, exact: Exact) -> float | None:
         """First time after the time number `at` at which a margin comes to zero, if it does."""
         start, end = float(self.times[at]), float(self.times[at + 1])
-        if self.margins[at + 1, point] >= self.zero[point]:
-            end = _root(lambda time: (-exact(point, time)[1], None), start, end)
-            if exact(point, end)[0] >= self.zero[point]:
+        zero = float(self.zero[point])
+        if self.margins[at + 1, point] >= zero:
+            end = _root(lambda time: (-exact(point, time)[1], None), start, end, 0.0)
+            if exact(point, end)[0] >= zero:
                 return None
         if self.margins[at, point] <= 0:
             return start
-        return _root(lambda time: exact(point, time), start, end)
+        return _root(lambda time: exact(point, time), start, end, -zero)
 
 
 def _root(
-    function: Callable[[float], tuple[float, float | None]], start: float, end: float
+    function: Callable[[float], tuple[float, float | None]], start: float, end: float, zero: float
 ) -> float:
     """Where a function that is positive at the start and not at the end changes sign.
 
-    By Newton's steps where there are slopes and they stay inside, else by halving.
+    By Newton's steps where there are slopes and they stay inside, else by halving, until its value
+    is below what counts as zero.
     """
     time = (start + end) / 2
     for _ in range(_STEPS):
         value, slope = function(time)
+        if abs(value) <= zero:
+            break
         start, end = (time, end) if value > 0 else (start, time)
         before = time
         time = time - value / slope if slope else start

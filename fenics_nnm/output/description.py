@@ -65,7 +65,7 @@ def _table(prepared: Prepared, others: Frequencies) -> list[str]:
 
 def _coriolis(prepared: Prepared, others: Frequencies) -> list[str]:
     """How far Coriolis forces change frequencies, where the body rotates."""
-    if not len(others.gyroscopic):
+    if not len(others.gyroscopic) or prepared.linear.model.at_rest().closed.any():
         return []
     own = prepared.linear.modes.frequencies
     change = np.abs(others.gyroscopic / own - 1)

@@ -98,7 +98,9 @@ def test_loads_that_cannot_be_applied_end_with_the_part_that_can(
 def test_coriolis_forces_are_no_part_of_nonlinear_modes(
     study_file: StudyFile, command: Command
 ) -> None:
-    study = study_file(PLATE, rotation={**SPIN, "speed": 300.0, "coriolis": True})
+    study = study_file(
+        PLATE, rotation={**SPIN, "speed": 300.0, "coriolis": True}, contact={"gap": 0.1}
+    )
     command("run", study).assert_one_line(2, "rotation.coriolis = true")
     shown = command("check", study)
     assert shown.code == 0

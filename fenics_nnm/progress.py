@@ -23,9 +23,7 @@ def _on_stderr(line: str) -> None:
 
 
 @contextmanager
-def progress(
-    console: Console, tell: Callable[[str], None] = _on_stderr
-) -> Iterator[Stages]:
+def progress(console: Console, tell: Callable[[str], None] = _on_stderr) -> Iterator[Stages]:
     """Stages that show a bar each while the context is open, or tell lines of long stages.
 
     Args:

@@ -14,7 +14,7 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.contact_patch import patch_points
 from fenics_nnm.fem.contact_sites import Chosen, ContactSites, contact_sites
 from fenics_nnm.fem.patch_sites import Patch
-from fenics_nnm.fem.rows import along
+from fenics_nnm.fem.rows import along, along_axes
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.point_choice import spread
 
@@ -81,9 +81,7 @@ class ContactInterface:
         Args:
             local: Columns of owned degrees of freedom, shape (n_owned, k).
         """
-        dim = self.points.shape[1]
-        own = [self.weights @ local[axis::dim] for axis in range(dim)]
-        return np.asarray(self.comm.allreduce(np.stack(own, axis=1)))
+        return along_axes(self.weights, local, self.points.shape[1], self.comm)
 
     def unit_forces(self, owned: int) -> Array:
         """B^T: a unit force in the contact direction at each point, shape (n_owned, n_c)."""

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array, vstack
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.fem.contact_patch import nearest_of
 from fenics_nnm.fem.patch_sites import Patch, PatchSites, patch_sites
-from fenics_nnm.fem.rows import along, owned_rows
+from fenics_nnm.fem.rows import along, along_axes, owned_rows
 from fenics_nnm.fem.solid import Solid
 
 Chosen = tuple[Indices, ...]
@@ -62,6 +62,10 @@ class ContactSites:
     def displacement(self, local: Array) -> Array:
         """Displacements along the contact directions, as `ContactInterface.displacement`."""
         return along(self.directions, self.weights, local, self.comm)
+
+    def displacements(self, local: Array) -> Array:
+        """Displacements along the axes, as `ContactInterface.displacements`."""
+        return along_axes(self.weights, local, self.directions.shape[1], self.comm)
 
     def taken(self, number: int, chosen: Chosen) -> Mask:
         """Which vertices of a patch are contact points of another one along the same line."""

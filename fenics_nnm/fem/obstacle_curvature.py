@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.contact_sites import Chosen, ContactSites
 from fenics_nnm.fem.patch_sites import PatchSites
 
@@ -13,9 +14,14 @@ from fenics_nnm.fem.patch_sites import PatchSites
 _STEP = 1e-4
 
 
-def obstacle_closing(
-    interface: ContactInterface, sites: ContactSites, chosen: Chosen, shapes: Array
-) -> Array:
+class Moved(Protocol):
+    """Places of a body."""
+
+    def displacements(self, local: Array) -> Array:
+        """Displacements along the axes, as `ContactInterface.displacements`."""
+
+
+def obstacle_closing(places: Moved, sites: ContactSites, chosen: Chosen, shapes: Array) -> Array:
     """Second derivatives of the closing by amounts of shapes, of the obstacle alone.
 
     The gap of a point at x + u is g(x + u), so the closing has the second derivative -u'' of it:
@@ -23,7 +29,7 @@ def obstacle_closing(
     Facets of the body as obstacles are taken as flat.
 
     Args:
-        interface: Contact points.
+        places: Contact points.
         sites: Vertices of the patches.
         chosen: Which of them they are.
         shapes: Displacements at the owned degrees of freedom, shape (n_owned, k).
@@ -31,7 +37,7 @@ def obstacle_closing(
     Returns:
         Shape (n_c, k, k), the same on all ranks.
     """
-    moved = interface.displacements(shapes)
+    moved = places.displacements(shapes)
     parts = zip(sites.parts, chosen, strict=True)
     second = np.concatenate([_second_derivatives(part, some) for part, some in parts])
     return np.asarray(-np.einsum("cai,cab,cbj->cij", moved, second, moved))

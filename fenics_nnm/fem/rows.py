@@ -66,6 +66,16 @@ def owned_rows(solid: Solid, entries: Entries, count: int) -> csr_array:
     return csr_array(coo_array((values[mine], at), shape=(count, last - first)))
 
 
+def along_axes(weights: csr_array, local: Array, dim: int, comm: MPI.Comm) -> Array:
+    """Displacements of places along the axes; arguments as of `along`.
+
+    Returns:
+        Shape (n, dim, k), the same on all ranks.
+    """
+    own = [weights @ local[axis::dim] for axis in range(dim)]
+    return np.asarray(comm.allreduce(np.stack(own, axis=1)))
+
+
 def along(directions: Array, weights: csr_array, local: Array, comm: MPI.Comm) -> Array:
     """Displacements of places along their directions.
 

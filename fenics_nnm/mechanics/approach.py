@@ -9,16 +9,18 @@ About the state of rest q_s, lambda_s a linear mode of shape x and amplitude a h
 
     w_v = Phi_v q_s - R_v lambda_s + a cos(nu t) (Phi_v x - R_v pull),
 
-so a place with the clearance c_v at rest meets its obstacle at the amplitude c_v / |motion_v|.
+so a place with the clearance c_v at rest meets its obstacle at the amplitude c_v / |motion_v|, and
+where the closing is quadratic in the amplitude at the smaller root, see `mechanics.reach`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.mechanics.reach import reach
 from fenics_nnm.mechanics.rest import RestState
 
 #: Clearance below this part of the largest gap is none.
@@ -40,10 +42,13 @@ class Approach:
             lies beyond it, infinite where there is nothing to be met anew, shape (n,).
         motion: Displacement towards the obstacle per unit of the mode, 0 where it holds still,
             shape (n,).
+        curvature: Second derivative of the closing by the amplitude, 0 in linear kinematics, shape
+            (n,) or ().
     """
 
     clearance: Array
     motion: Array
+    curvature: Array = field(default_factory=lambda: np.zeros(()))
 
     @classmethod
     def of_mode(cls, gap: Array, Phi: Array, mode: int) -> Approach:
@@ -63,11 +68,12 @@ class Approach:
 
     def of_some(self, some: Indices | slice) -> Approach:
         """That of some of the places."""
-        return Approach(self.clearance[some], self.motion[some])
+        curvature = np.broadcast_to(self.curvature, self.motion.shape)
+        return Approach(self.clearance[some], self.motion[some], curvature[some])
 
     def without(self, left_out: Mask) -> Approach:
         """That with nothing to be met at some places."""
-        return Approach(np.where(left_out, np.inf, self.clearance), self.motion)
+        return replace(self, clearance=np.where(left_out, np.inf, self.clearance))
 
     @property
     def reach(self) -> Array:
@@ -75,9 +81,10 @@ class Approach:
 
         Infinite where it never does, and where it is at the obstacle, or beyond it, at rest.
         """
-        moved = np.abs(self.motion)
-        meets = (moved > 0) & (self.clearance > 0)
-        return np.where(meets, self.clearance / np.where(meets, moved, 1.0), np.inf)
+        moves = (self.motion != 0) | (self.curvature > 0)
+        meets = moves & (self.clearance > 0) & np.isfinite(self.clearance)
+        clearance = np.where(meets, self.clearance, 1.0)
+        return np.where(meets, reach(clearance, self.motion, self.curvature), np.inf)
 
 
 @dataclass(frozen=True, slots=True)

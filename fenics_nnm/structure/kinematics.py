@@ -95,17 +95,6 @@ def reduction_with_kinematics(
     return replace(bent if choice.second_order else reduction, choice=choice)
 
 
-def kinematics_lines(reduction: Reduction) -> list[str]:
-    """Which kinematics a reduction has, and why, in words; nothing where a study does not say."""
-    masters = reduction.model.kinematics.masters
-    if not len(masters) and not reduction.choice.asked:
-        return []
-    kind = "linear"
-    if len(masters):
-        kind = f"second order in mode {', '.join(str(each + 1) for each in masters)}"
-    return [f"kinematics       {kind}: {reduction.choice.reason}"]
-
-
 def deflection_of(linear: Bendable) -> Deflection:
     """What large deflection adds to the internal force of a body, and its curved obstacles."""
     body, chosen = BodyDeflection(linear.solid), chosen_of(linear.choices)

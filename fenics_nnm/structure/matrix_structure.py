@@ -30,7 +30,7 @@ from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.kinematics import kinematics_lines
+from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.mode_count import mode_count
 from fenics_nnm.study import MatrixStudy
@@ -147,8 +147,10 @@ class MatrixLinear(MatrixAnalysis):
         """As `Linear.reduced_to`."""
         return replace(self, modes=modes, reduction=reduction)
 
-    def with_contact(self, study: MatrixStudy) -> MatrixLinear:
-        """As `Linear.with_contact`: gaps are all that a study says of contact."""
+    def with_contact(self, study: MatrixStudy) -> MatrixLinear | None:
+        """As `Linear.with_contact`: without masters gaps are all that a study says of contact."""
+        if study.matrices.bends:
+            return None
         matrices = replace(self.matrices, gap=gap_at_speed(study))
         return replace(self, matrices=matrices, reduction=self.reduction.with_gap(matrices.gap))
 

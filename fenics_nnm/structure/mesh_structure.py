@@ -38,7 +38,8 @@ from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.group_table import facet_counts, group_table
-from fenics_nnm.structure.kinematics import kinematics_lines, reduction_with_kinematics
+from fenics_nnm.structure.kinematics import reduction_with_kinematics
+from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.load_lines import load_lines
 from fenics_nnm.structure.loading import assert_followers_apart, assert_off_axis, loads_of
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
@@ -95,9 +96,7 @@ class MeshStructure:
         with stages.stage("factors"):
             found = _modal_solver(self.study, assembled.solid)
         with found as solver:
-            reduced = _reduced(assembled, solver, stages, at_most)
-            bent = reduction_with_kinematics(self.study, reduced, solver, stages)
-        return replace(reduced, reduction=bent)
+            return _reduced(assembled, solver, stages, at_most)
 
     def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
         """As `Structure.driven`."""
@@ -180,7 +179,9 @@ class MeshLinear(LinearAnalysis):
         return replace(self, modes=modes, reduction=reduction)
 
     def with_contact(self, study: MeshStudy) -> MeshLinear | None:
-        """As `Linear.with_contact`."""
+        """As `Linear.with_contact`; second-order kinematics depend on gaps, mode and energies."""
+        if study.body.kinematics is not None:
+            return None
         patches = contact_patches(study.contact, self.solid.tagged)
         new = Assembled(study, self.solid, contact_sites(self.solid, patches))
         if not _same_rows(new.sites, self.sites):
@@ -300,9 +301,8 @@ def _reduced(
     count = mode_count(study, at_most, solver.free - retained)
     with stages.stage("modes"):
         modes = solver.modes(count).unique(sites.displacement)
-    with stages.stage("attachments"):
-        reduced = partial(_reduced_at, assembled, solver, modes, count, stages)
-        return _settled(reduced, chosen_by_mode(even, sites, modes, mode), mode)
+        choices = chosen_by_mode(even, sites, modes, mode)
+    return _settled(partial(_reduced_at, assembled, solver, modes, count, stages), choices, mode)
 
 
 def _reduced_at(
@@ -314,14 +314,18 @@ def _reduced_at(
     choices: Choices,
 ) -> MeshLinear:
     """The reduced model with some contact points."""
-    study, solid, interface = assembled.study, assembled.solid, assembled.interface(choices)
-    if study.reduction.method != "craig-bampton":
-        _tell_expectation(study, solid, interface, solver, stages)
-        reduction = massless_reduced(solid, interface, modes, solver, stages.report)
-    else:
-        forces = _interface_forces(study, solid, interface)
-        reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
-    return MeshLinear(solid, interface, modes, reduction, assembled.sites, choices)
+    study, solid = assembled.study, assembled.solid
+    with stages.stage("attachments"):
+        interface = assembled.interface(choices)
+        if study.reduction.method != "craig-bampton":
+            _tell_expectation(study, solid, interface, solver, stages)
+            reduction = massless_reduced(solid, interface, modes, solver, stages.report)
+        else:
+            forces = _interface_forces(study, solid, interface)
+            reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
+    straight = MeshLinear(solid, interface, modes, reduction, assembled.sites, choices)
+    bent = reduction_with_kinematics(study, straight, solver, stages)
+    return replace(straight, reduction=bent)
 
 
 def _settled(reduced: Callable[[Choices], MeshLinear], choices: Choices, mode: int) -> MeshLinear:

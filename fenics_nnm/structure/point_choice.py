@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.fem.contact_sites import Chosen, ContactSites
+from fenics_nnm.fem.obstacle_curvature import obstacle_closing
 from fenics_nnm.mechanics.approach import Approach, Places
+from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.point_choice import PointChoice
 from fenics_nnm.reduction.reduction import Reduction
@@ -67,7 +72,8 @@ def chosen_about_rest(
     Raises:
         ModelError: if a gap is not positive and contact points carry mass.
     """
-    if not sites.limited or sites.gap.min() > 0:
+    bends = len(reduction.model.kinematics.masters) > 0
+    if not sites.limited or (sites.gap.min() > 0 and not bends):
         return choices
     return _improved(choices, sites, approach_of(sites, chosen_of(choices), reduction, mode))
 
@@ -80,7 +86,20 @@ def approach_of(sites: ContactSites, chosen: Chosen, reduction: Reduction, mode:
         gap=sites.gap,
         point=sites.point_of_each(chosen),
     )
-    return places.approach(reduction.model.at_rest(), mode)
+    found = places.approach(reduction.model.at_rest(), mode)
+    return replace(found, curvature=_curvature(sites, reduction, mode))
+
+
+def _curvature(sites: ContactSites, reduction: Reduction, mode: int) -> Array:
+    """Second derivative of the closing of all vertices along a mode, shape (n,); on all ranks."""
+    masters = reduction.model.kinematics.masters
+    own = np.flatnonzero(masters == mode)
+    if not len(own):
+        return np.zeros(len(sites.gap))
+    pair = Pairs.of(len(masters)).place[own, own]
+    every = tuple(np.arange(len(part.gap)) for part in sites.parts)
+    obstacle = obstacle_closing(sites, sites, every, reduction.shapes[:, [mode]])
+    return np.asarray(sites.displacement(reduction.bent_shapes[:, pair])[:, 0] + obstacle[:, 0, 0])
 
 
 def _improved(choices: Choices, sites: ContactSites, approach: Approach) -> Choices:

@@ -139,7 +139,7 @@ class MatrixContactSection(LawSection):
     )
     gap_growth: Finite | Growths | None = Field(
         None,
-        description="what the square of matrices.speed adds to the gap in m s^2: one number, or a "
+        description="what the square of matrices.speed adds to the gap, m s^2: one number, or a "
         "list with one a contact row",
     )
 

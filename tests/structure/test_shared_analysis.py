@@ -42,6 +42,19 @@ def test_gaps_share_an_analysis(base: dict[str, Any], method: str) -> None:
     assert shared.made == 1
 
 
+def test_gaps_and_modes_with_large_deflection_have_their_own() -> None:
+    """Whether second order matters, and which modes bend, depends on both."""
+    shared = SharedAnalysis()
+    for gap, number in ((1e-2, 1), (1e-5, 1), (1e-5, 2)):
+        mode = {"number": number, "harmonics": 3, "samples": 32}
+        wanted = study(PLATE, body={"kinematics": "auto"}, contact={"gap": gap}, mode=mode)
+        found, alone = shared(wanted, COMM), linear_analysis(wanted, COMM)
+        assert_equal(found, alone)
+        masters = [list(each.model.kinematics.masters) for each in (found, alone)]
+        assert masters[0] == masters[1]
+    assert shared.made == 3
+
+
 def test_motions_share_an_analysis() -> None:
     shared = SharedAnalysis()
     shared(study(), COMM)

@@ -54,6 +54,12 @@ class Closing(Protocol):
     def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
         """Derivative of `pushed` by q, shape (c J, c J), by (n, j)."""
 
+    def turned_pairs(self, series: Series, q: Array, forces: ContactForces) -> Array:
+        """Theta q of the pairs of samples and points in contact, shape (P, k)."""
+
+    def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
+        """Part of `tangent` with lambda . Theta, among the masters, shape (c k, c k)."""
+
     def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
         """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""
 
@@ -84,6 +90,14 @@ class LinearClosing:
     def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
         """That of the forces alone."""
         return forces.tangent(series, Phi)
+
+    def turned_pairs(self, series: Series, q: Array, forces: ContactForces) -> Array:
+        """There are no masters."""
+        return np.zeros((np.count_nonzero(forces.used), 0))
+
+    def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
+        """There are no masters."""
+        return np.zeros((0, 0))
 
     def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
         """None."""
@@ -143,6 +157,18 @@ class QuadraticClosing:
         bent = np.tensordot(forces.force[at], self.Theta, 1)
         stiffness[:, self.masters[:, None], self.masters] += bent
         return sampled_tangent(series.analysis[:, at], series.synthesis[at], stiffness)
+
+    def turned_pairs(self, series: Series, q: Array, forces: ContactForces) -> Array:
+        """Theta q of the pairs of samples and points in contact, shape (P, k)."""
+        sample = np.nonzero(forces.used)[0]
+        moved = series.synthesis[forces.samples] @ q[:, self.masters]
+        return np.einsum("pjk,pk->pj", self.Theta[forces.points[forces.used]], moved[sample])
+
+    def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
+        """Part of `tangent` with lambda . Theta, among the masters, shape (c k, c k)."""
+        at = forces.samples
+        bent = np.tensordot(forces.force[at], self.Theta, 1)
+        return sampled_tangent(series.analysis[:, at], series.synthesis[at], bent)
 
     def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
         """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""

@@ -72,8 +72,10 @@ class QuadraticInertia:
 
     def accelerated(self, q: Array, pull: Array) -> Array:
         """M(q)^-1 times columns of forces, shape (.., J, c), at states of shape (.., J)."""
-        found, own = pull.copy(), self.masters
-        found[..., own, :] = np.linalg.solve(self._mass(q), pull[..., own, :])
+        found, own, mass = pull.copy(), self.masters, self._mass(q)
+        one = len(own) == 1
+        pulled = pull[..., own, :]
+        found[..., own, :] = pulled / mass if one else np.linalg.solve(mass, pulled)
         return found
 
     def momentum(self, q: Array, velocity: Array) -> Array:

@@ -15,12 +15,12 @@ operator acts on several of them at once, the shape (.., c, J).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Complex, Mask
+from fenics_nnm.arrays import Array, Complex, Indices, Mask
 from fenics_nnm.mechanics.fourier import Series
 
 #: Coordinates with a smaller |omega_j^2 - n^2 omega^2|, over the sum of the two, are kept.
@@ -46,6 +46,9 @@ class HarmonicOperator(Protocol):
     def solve(self, right: Array) -> Array:
         """Coefficients, zero where `kept`, with the right-hand sides elsewhere, (.., c, J)."""
 
+    def keeping(self, more: Indices) -> HarmonicOperator:
+        """The same with further coordinates that `solve` leaves out, of a separate part alone."""
+
     def flexibility(self, shapes: Array) -> Array:
         """Dynamic flexibility of n_a rows of shapes by the time difference in samples.
 
@@ -63,6 +66,10 @@ class LinearPart(Protocol):
     @property
     def reversible(self) -> bool:
         """Whether time-reversible motions stay so: it acts on cosines alone."""
+
+    @property
+    def separate(self) -> bool:
+        """Whether it acts on each coordinate by itself, so that any of them can be kept."""
 
     @property
     def rate(self) -> Array:
@@ -85,6 +92,11 @@ class ModalPart:
     @property
     def reversible(self) -> bool:
         """Whether time-reversible motions stay so."""
+        return True
+
+    @property
+    def separate(self) -> bool:
+        """It does."""
         return True
 
     @property
@@ -139,6 +151,12 @@ class ModalOperator:
         turned = self._turned(right)
         return np.where(self.kept, 0.0, (self.stiffness * right - turned) / self._square)
 
+    def keeping(self, more: Indices) -> ModalOperator:
+        """The same with further coordinates that `solve` leaves out."""
+        kept = self.kept.copy()
+        kept[:, more] = True
+        return replace(self, kept=kept)
+
     def flexibility(self, shapes: Array) -> Array:
         """Dynamic flexibility by the time difference in samples, shape (m, n_a^2)."""
         series = self.series
@@ -173,6 +191,11 @@ class RatedPart:
 
     omega: Array
     rate: Array
+
+    @property
+    def separate(self) -> bool:
+        """Terms of the velocity couple coordinates."""
+        return False
 
     @property
     def reversible(self) -> bool:
@@ -244,6 +267,10 @@ class RatedOperator:
         whole[sine, :, sine, :] += self.blocks.real[1:]
         whole[cosine[1:], :, sine, :] += self.blocks.imag[1:]
         whole[sine, :, cosine[1:], :] -= self.blocks.imag[1:]
+
+    def keeping(self, more: Indices) -> HarmonicOperator:
+        """Refused."""
+        raise TypeError("coordinates that are coupled cannot be kept alone")
 
     def solve(self, right: Array) -> Array:
         """Coefficients with the given right-hand sides, shape (.., c, J)."""

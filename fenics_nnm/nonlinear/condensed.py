@@ -54,11 +54,11 @@ def condensed_solution(
     Raises:
         numpy.linalg.LinAlgError: if the system is singular.
     """
-    return _Condensation.of(operator, series, Phi, forces).solution(border)
+    return Condensation.of(operator, series, Phi, forces).solution(border)
 
 
 @dataclass(frozen=True, slots=True)
-class _Condensation:
+class Condensation:
     """What the elimination works with.
 
     Attributes:
@@ -80,7 +80,8 @@ class _Condensation:
     @classmethod
     def of(
         cls, operator: HarmonicOperator, series: Series, Phi: Array, forces: ContactForces
-    ) -> _Condensation:
+    ) -> Condensation:
+        """What there is to eliminate with contact forces."""
         touched, place = np.unique(forces.points[forces.used], return_inverse=True)
         return cls(operator, series, forces, Phi[touched], np.nonzero(forces.used)[0], place)
 

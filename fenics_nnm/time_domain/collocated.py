@@ -28,7 +28,7 @@ _MOMENT = 1e-9
 
 #: A step turns the fastest mode by no more than this, so that no change of contact is missed; and
 #: by less where derivatives are carried along, which fast modes take part in.
-_LONGEST_TURN, _TURN_ALONG = 40.0, 12.0
+_LONGEST_TURN, _TURN_ALONG = 40.0, 24.0
 
 #: First step as a part of the period of the lowest mode; steps are that over powers of two.
 _FIRST = 1 / 8

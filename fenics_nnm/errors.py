@@ -39,6 +39,7 @@ class Code(StrEnum):
     NOT_HELD = "not held"
     OUT_OF_PLANE = "out of plane"
     REFERENCE = "reference displacement"
+    STEADY_LOADS = "steady loads"
     STILL_MODE = "still mode"
     THEORY = "theory"
     TIME_LIMIT = "time limit"

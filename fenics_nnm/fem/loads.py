@@ -7,11 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.attachment import Attachment
-
-#: A component of a unit vector, or a distance over a body's size, that is zero to round-off.
-_ZERO = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,26 +45,6 @@ class Rotation:
     def arm(self, points: Array) -> Array:
         """P (X - o): from the axis to points (n, 3) in m."""
         return np.asarray((points - np.array(self.origin)) @ self.normal)
-
-    def assert_within(self, dim: int) -> None:
-        """Refuse an axis whose centrifugal force leaves the dimensions of a body.
-
-        Raises:
-            ModelError: if it does, or has no part in them.
-        """
-        P, out = self.normal, slice(dim, 3)
-        offset = np.abs((P @ np.array(self.origin))[out]).max(initial=0.0)
-        if np.abs(P[out, :dim]).max(initial=0.0) > _ZERO or offset > _ZERO:
-            needs = "normal to x and through y = z = 0" if dim == 1 else "z, or lie in z = 0"
-            raise ModelError(
-                f"rotation.axis = {list(self.axis)} through rotation.origin = {list(self.origin)}: "
-                f"its centrifugal force leaves the {dim} dimensions of the mesh: must be {needs}"
-            )
-        if np.abs(P[:dim, :dim]).max() <= _ZERO:
-            raise ModelError(
-                f"rotation.axis = {list(self.axis)}: the body lies along it, so that speed has no "
-                "effect: must not be along x"
-            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ConvergenceError, ModelError, OutOfMemoryError
+from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutOfMemoryError
 from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
 from fenics_nnm.fem.loaded_residual import LoadedResidual
@@ -61,8 +61,9 @@ def loaded(solid: Solid, loads: Loads, memory: float | None = None) -> Solid:
     """
     if solid.system.keys:
         raise ModelError(
-            f"{solid.system.keys[0]}: constraints do not go with steady loads (rotation, load), "
-            "under which a body turns too far for them"
+            f"{solid.system.keys[0]}: constraints do not go with steady loads, under which a body "
+            "turns too far for them",
+            code=Code.STEADY_LOADS,
         )
     with _Newton(solid, loads, memory) as newton:
         return newton.loaded()
@@ -168,6 +169,7 @@ class _Newton(HeldTogether):
 
 def _failure(reached: float, why: _Refused) -> ConvergenceError:
     return ConvergenceError(
-        f"static state: the loads can be applied up to {reached:.1%} of [rotation] and [load]: "
-        f"beyond that {why}: must be less, or the body stiffer"
+        f"static state: {reached:.1%} of the steady loads can be applied: beyond that {why}: they "
+        "must be less, or the body stiffer",
+        code=Code.STEADY_LOADS,
     )

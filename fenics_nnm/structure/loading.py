@@ -20,6 +20,9 @@ from fenics_nnm.study.record import axis_vector, fitted
 #: A point is on the axis within this part of the distances of others from a point on the axis.
 _ON_AXIS = 1e-9
 
+#: A component of a projection, or a distance in m, that is zero to round-off.
+_ZERO = 1e-12
+
 
 def loads_of(study: MeshStudy, dim: int) -> Loads:
     """The steady loads of a study on a mesh of some dimension; none at rest.
@@ -76,8 +79,29 @@ def assert_followers_apart(loads: Loads, tagged: TaggedMesh, patches: Sequence[P
 def _rotation(section: RotationSection, dim: int) -> Rotation:
     x, y, z = axis_vector(section.axis)
     found = Rotation((x, y, z), section.origin, section.omega, section.coriolis)
-    found.assert_within(dim)
+    _assert_within(found, dim)
     return found
+
+
+def _assert_within(rotation: Rotation, dim: int) -> None:
+    """Refuse an axis whose centrifugal force leaves the dimensions of a body, or has no part there.
+
+    Raises:
+        ModelError: if it is such an axis.
+    """
+    P, out, axis = rotation.normal, slice(dim, 3), list(rotation.axis)
+    offset = np.abs((P @ np.array(rotation.origin))[out]).max(initial=0.0)
+    if np.abs(P[out, :dim]).max(initial=0.0) > _ZERO or offset > _ZERO:
+        needs = "normal to x and through y = z = 0" if dim == 1 else "z, or lie in z = 0"
+        raise ModelError(
+            f"rotation.axis = {axis} through rotation.origin = {list(rotation.origin)}: its "
+            f"centrifugal force leaves the {dim} dimensions of the mesh: must be {needs}"
+        )
+    if np.abs(P[:dim, :dim]).max() <= _ZERO:
+        raise ModelError(
+            f"rotation.axis = {axis}: the body lies along it, so that speed has no effect: must "
+            "not be along x"
+        )
 
 
 def _pressures(load: LoadSection) -> Iterator[Pressure]:

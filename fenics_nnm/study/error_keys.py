@@ -61,6 +61,7 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.REFERENCE: (
         ("the reference displacement is missing", "contact.reference_displacement: is missing"),
     ),
+    Code.STEADY_LOADS: (("steady loads", "steady loads, [rotation] and [load],"),),
     Code.STILL_MODE: (
         ("another mode or contact direction", "another mode.number or contact.direction"),
     ),

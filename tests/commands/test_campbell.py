@@ -80,7 +80,7 @@ def test_speeds_that_a_body_cannot_bear_are_missing(
     found = rows(Path("out/campbell.csv"))
     f = [float(row["frequency_Hz"]) for row in found[:2]]
     assert 2 * np.pi * np.array(f) == pytest.approx([50, 30], rel=1e-4)
-    reason = "failed: static state: the loads can be applied up to 38.9%"  # 2500 / 6400
+    reason = "failed: static state: 38.9% of the steady loads"  # 2500 / 6400
     assert found[2]["status"].startswith(reason)
 
 

@@ -87,7 +87,7 @@ KNOWN_KEYS: tuple[str, ...] = ()
 
 _KEY = re.compile(
     r"\b(contact|reduction|mode|continuation|mesh|body|clamp|augmented_lagrangian|solver|material"
-    r"|matrices|output)\.[a-z_]+\b"
+    r"|matrices|output|rotation|load)\.[a-z_]+\b"
 )
 
 

@@ -116,7 +116,15 @@ def _structure(results: Results) -> str:
     source = (
         f"the mesh file {mesh['file']}" if "file" in mesh else f"the built-in {mesh.get('model')}"
     )
-    return f"The structure is {_THEORIES.get(theory, 'a body')}, {source}{dofs}, linear elastic."
+    loaded = " It moves about its static state under steady loads." if _loaded(study) else ""
+    body = _THEORIES.get(theory, "a body")
+    return f"The structure is {body}, {source}{dofs}, linear elastic.{loaded}"
+
+
+def _loaded(study: Mapping[str, Any]) -> bool:
+    """Whether something loads the structure steadily."""
+    rotation = study.get("rotation", {})
+    return "load" in study or any(rotation.get(key) for key in ("speed", "rpm"))
 
 
 def _contact(results: Results) -> str:

@@ -66,8 +66,7 @@ def large_deflection(solid: Solid, u: fem.Function, v: Expr) -> Expr:
         def stress(strain: Expr) -> Expr:
             return stress_of_strain(strain, material, theory, mesh)
 
-        turning = ufl.inner(stress(whole), ufl.sym(slope.T * test))
-        return extent * (turning + ufl.inner(stress(second), ufl.sym(test)))
+        return extent * ufl.inner(slope * stress(whole) + stress(second), test)
 
     return _integral(solid, integrand)
 

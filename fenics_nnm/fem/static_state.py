@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 from petsc4py import PETSc
 
-from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutOfMemoryError
 from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
@@ -27,12 +26,15 @@ from fenics_nnm.fem.system import FreeSystem
 
 logger = logging.getLogger(__name__)
 
-#: Newton's method has converged when a step is this part of the displacement, as the next one
-#: would be its square; with follower pressures, whose stiffness is made symmetric, it is slower.
-_ACCURACY, _ACCURACY_FOLLOWING = 1e-7, 1e-11
+#: Newton's method has converged when a step is this part of the displacement, or when steps of the
+#: second part of it do not get smaller any more, by round-off.
+_ACCURACY, _ROUND_OFF = 1e-10, 1e-7
+
+#: A step that is more than this part of the one before asks for a new tangent stiffness.
+_CONTRACTING = 0.3
 
 #: It diverges when a step is so many times its first one; it fails after so many steps.
-_DIVERGING, _MOST_STEPS = 1e6, 25
+_DIVERGING, _MOST_STEPS = 1e6, 40
 
 #: A step of the load that moves the body by more than this times its linear prediction is halved.
 _FARTHER = 3.0
@@ -79,7 +81,6 @@ class _Newton(HeldTogether):
         self._ksp = PETSc.KSP().create(solid.stiffness.comm)
         self._ksp.setOptionsPrefix("nnm_static_")
         use_mumps(self._ksp, (ROOT_ALONE,))
-        self._accuracy = _ACCURACY_FOLLOWING if loads.follows else _ACCURACY
         self._steps = 0
 
     def release(self) -> None:
@@ -126,29 +127,34 @@ class _Newton(HeldTogether):
         """
         residual = self._residual
         residual.apply(level)
-        before, predicted = residual.owned.copy(), np.inf
+        start, first, last, anew = residual.owned.copy(), 0.0, np.inf, True
         for _ in range(_MOST_STEPS):
-            change = self._change()
+            if anew:
+                self._renew()
+            change = solved(self._ksp, -residual.value()[:, None])[:, 0]
             moved = residual.norm(change)
-            predicted = min(predicted, moved) if np.isinf(predicted) else predicted
-            if not np.isfinite(moved) or moved > _DIVERGING * predicted:
+            first = first or moved
+            if not np.isfinite(moved) or moved > _DIVERGING * first:
                 raise _Refused("Newton's method diverges")
             residual.move(residual.owned + change)
             self._steps += 1
-            if moved <= self._accuracy * residual.norm(residual.owned):
+            whole = residual.norm(residual.owned)
+            anew = moved > _CONTRACTING * last or np.isinf(last)
+            if moved <= _ACCURACY * whole or (anew and moved <= _ROUND_OFF * whole):
                 break
+            last = moved
         else:
             raise _Refused("Newton's method does not converge")
-        if residual.norm(residual.owned - before) > _FARTHER * predicted:
+        if residual.norm(residual.owned - start) > _FARTHER * first:
             raise _Refused("the body snaps through")
         if self._negative:
             raise _Refused("the body buckles")
 
-    def _change(self) -> Array:
-        """One step of Newton's method at the owned degrees of freedom.
+    def _renew(self) -> None:
+        """Factorise the tangent stiffness at the present displacement.
 
         Raises:
-            _Refused: if the tangent stiffness is singular.
+            _Refused: if it is singular.
             OutOfMemoryError: if there is too little memory for its factors.
         """
         self._ksp.setOperators(self._residual.assemble())
@@ -159,7 +165,6 @@ class _Newton(HeldTogether):
             raise
         except ConvergenceError as error:
             raise _Refused("its tangent stiffness is singular") from error
-        return solved(self._ksp, -self._residual.value()[:, None])[:, 0]
 
     @property
     def _negative(self) -> int:

@@ -226,8 +226,9 @@ def test_every_code_has_its_keys_and_is_used() -> None:
 
 def test_messages_with_a_code_have_the_words_that_become_keys() -> None:
     """A word of the table that no message with the code has would never become a key."""
+    errors = list(_raised())
     for code, pairs in KEYS.items():
-        texts = [text for _, raised, text in _raised() if raised == code]
+        texts = [text for _, raised, text in errors if raised == code]
         for text in texts:
             assert pairs[0][0] in text, (code, text)
         for words, key in pairs:

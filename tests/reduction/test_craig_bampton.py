@@ -11,6 +11,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.follow import Branch, EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.geometry.blade import Blade
 from fenics_nnm.mechanics.contact_law import ContactForces
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.fourier import CosineSeries
@@ -29,7 +30,11 @@ RATIOS = EnergyContinuation(0.7, 2.0, 0.1)
 
 @pytest.fixture(scope="module")
 def rotor37() -> Study:
-    return read_study(ROTOR37)
+    """The blade of the demonstration, of a coarse mesh."""
+    study = read_study(ROTOR37)
+    assert isinstance(study.mesh, Blade)
+    coarse = study.mesh.model_copy(update={"element_size": 0.006})
+    return study.model_copy(update={"mesh": coarse})
 
 
 def reduced(study: Study, reduction: AnyReduction) -> LinearAnalysis:

@@ -100,6 +100,7 @@ verify-studies:
 	$(STUDY) tests/square_plate.py
 	$(STUDY) tests/rotating_bodies.py
 	$(STUDY) tests/bending_bodies.py
+	$(STUDY) tests/bending_in_time.py
 	$(STUDY) tests/two_ranks.py
 	$(STUDY) demos/six_geometries.py
 	$(STUDY) demos/rotor37/mesh_study.py

@@ -12,7 +12,7 @@ from mpi4py import MPI
 from fenics_nnm.backbone.point import CONVERGED, VERIFIED
 from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.structure.analysis import linear_analysis, prepared
-from fenics_nnm.structure.kinematics import kinematics_lines
+from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import study_from
 

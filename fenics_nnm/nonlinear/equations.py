@@ -223,32 +223,32 @@ class HarmonicEquations:
     def solved(self, at: Unknowns, forces: ContactForces, border: Border) -> Array:
         """Solution of the bordered system: condensed on the pairs in contact where that pays."""
         operator, free = self.linear(at), at.q.size
-        if self._bent and pays(forces, free):
-            bending = self._bending(at, forces)
+        if _bent(self.mechanics) and pays(forces, free):
+            bending = _bending(self, at, forces)
             return bent_solution(operator, self.series, self.model.Phi, forces, bending, border)
         if not self.mechanics.forces and pays(forces, free):
             return condensed_solution(operator, self.series, self.model.Phi, forces, border)
         return border.dense_solution(self.jacobian(at, forces), self.row_scale(at.omega))
 
-    @property
-    def _bent(self) -> bool:
-        """Whether there are forces of second-order kinematics, and no others."""
-        own = self.model.kinematics.forces
-        return (
-            bool(own) and len(own) == len(self.mechanics.forces) and self.mechanics.linear.separate
-        )
 
-    def _bending(self, at: Unknowns, forces: ContactForces) -> Bending:
-        """What second-order kinematics add to a condensed system."""
-        masters, (rows, modes) = self.model.kinematics.masters, at.q.shape
-        motion = SampledMotion(self.series, at.q, at.omega)
-        tangent = np.sum([force.tangent(motion) for force in self.mechanics.forces], axis=0)
-        bent = self.closing.bent_tangent(self.series, at.q, forces)
-        k, order = len(masters), np.arange(rows)
-        own = np.ix_(order, masters, order, masters)
-        tangent.reshape(rows, modes, rows, modes)[own] += bent.reshape(rows, k, rows, k)
-        turned = self.closing.turned_pairs(self.series, at.q, forces)
-        return Bending(masters, turned, tangent)
+def _bent(mechanics: Mechanics) -> bool:
+    """Whether there are forces of second-order kinematics, and no others."""
+    own = mechanics.model.kinematics.forces
+    return bool(own) and len(own) == len(mechanics.forces) and mechanics.linear.separate
+
+
+def _bending(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Bending:
+    """What second-order kinematics add to a condensed system."""
+    series, closing = equations.series, equations.closing
+    masters, (rows, modes) = equations.model.kinematics.masters, at.q.shape
+    motion = SampledMotion(series, at.q, at.omega)
+    tangent = np.sum([force.tangent(motion) for force in equations.mechanics.forces], axis=0)
+    bent = closing.bent_tangent(series, at.q, forces)
+    k, order = len(masters), np.arange(rows)
+    own = np.ix_(order, masters, order, masters)
+    tangent.reshape(rows, modes, rows, modes)[own] += bent.reshape(rows, k, rows, k)
+    turned = closing.turned_pairs(series, at.q, forces)
+    return Bending(masters, turned, tangent)
 
 
 def force_harmonics(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Array:

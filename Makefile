@@ -20,7 +20,7 @@ ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.p
     verify-random verify-fuzz verify-viewers look image image-check
 
 help:
-	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37'
+	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37, at speed and at rest'
 	@echo 'make pictures     make all pictures of the docs anew, in $(PICTURES)'
 	@echo 'make test         run the tests and the checks of the source'
 	@echo 'make test-next    run the tests with the packages of Debian unstable'
@@ -34,6 +34,7 @@ help:
 
 demo:
 	$(RUN) python3 demos/rod/rod.py
+	$(RUN) python3 demos/rotor37/engine.py
 	$(RUN) python3 demos/rotor37/rotor37.py
 
 pictures: demo
@@ -45,6 +46,10 @@ pictures: demo
 	    cp demos/rotor37/results/$$name.png $(PICTURES)/rotor37_$$name.png; done
 	for name in $(ROTOR37); do \
 	    cp demos/rotor37/results/pictures/$$name $(PICTURES)/rotor37_$$name; done
+	cp demos/rotor37/results/engine/engine.png $(PICTURES)/rotor37_engine.png
+	$(RUN) fenics-nnm campbell demos/rotor37/engine.toml --speeds 0:1800:300 \
+	    --orders 1,2,3,4,6,8,12 --output demos/rotor37/results/campbell
+	cp demos/rotor37/results/campbell/campbell.png $(PICTURES)/rotor37_campbell.png
 	$(RUN) fenics-nnm check demos/rotor37/rotor37.toml \
 	    --picture $(PICTURES)/rotor37_groups.png
 	$(RUN) python3 demos/plate/plate.py

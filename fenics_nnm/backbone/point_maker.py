@@ -75,7 +75,7 @@ class PointMaker:
         return BranchPoint(
             position=position,
             at=ratios,
-            motion=self._motion(solution),
+            motion=self.motion(solution),
             balance=self._balance(solution),
             expected=ExpectedErrors(self.error(solution), self.series_error(solution)),
             notes=ContinuationNotes(solution.iterations, slope_ratio, skipped, event),
@@ -96,7 +96,7 @@ class PointMaker:
             iterations=0,
         )
 
-    def _motion(self, solution: Solution) -> Motion:
+    def motion(self, solution: Solution) -> Motion:
         """The motion in physical units."""
         scales, energies = self.scales, solution.energies
         hertz = scales.omega / (2 * np.pi)

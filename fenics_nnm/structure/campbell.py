@@ -1,143 +1,136 @@
-"""Frequencies of a body over its speed: the lines of a Campbell diagram."""
+"""Frequencies of a structure over its speed: the lines of a Campbell diagram."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, cast
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
 
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError, StudyError
-from fenics_nnm.fem.block import product
-from fenics_nnm.fem.contact_sites import contact_sites
-from fenics_nnm.fem.gyroscopic import coriolis_frequencies
-from fenics_nnm.fem.linear import operators_of
-from fenics_nnm.fem.memory import memory_of_rank
-from fenics_nnm.fem.modes import DirectModalSolver
-from fenics_nnm.fem.solid import Solid
-from fenics_nnm.fem.static_state import loaded
-from fenics_nnm.reduction.linear_modes import LinearModes
-from fenics_nnm.reduction.mode_lines import same_modes
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.contact_patches import contact_patches
-from fenics_nnm.structure.loading import loads_of
-from fenics_nnm.structure.mesh_structure import Assembled, MeshStructure
-from fenics_nnm.structure.point_choice import evenly_spread
-from fenics_nnm.study import MeshStudy, Study
+from fenics_nnm.structure.analysis import Analyse
+from fenics_nnm.structure.motions_at_speed import MotionAtSpeed
+from fenics_nnm.structure.spinning import Spin
+from fenics_nnm.structure.spinning_matrices import SpinningMatrices
+from fenics_nnm.structure.spinning_mesh import SpinningMesh
+from fenics_nnm.study import MatrixStudy, MeshStudy, Study
 
-#: Modes computed beyond those that are followed, as lines cross.
-_SPARE = 4
+Motions = Callable[[Study, Analyse], tuple[MotionAtSpeed, ...]]
+"""Nonlinear motions of a study at its speed, whose `Analyse` finds what is linear of it."""
 
 
 @dataclass(frozen=True, slots=True)
 class AtSpeed:
-    """A body at a speed.
+    """A structure at a speed.
 
     Attributes:
         speed: Speed in rad/s.
         frequencies: Frequency of each mode that is followed in Hz, shape (k,); none if there is no
             static state.
-        gap: Smallest gap of the vertices of the contact patches in m.
+        gap: Smallest gap of the vertices of the contact patches, or of the contact rows, in m.
         reason: Why there is no static state, empty if there is one.
+        mode: Number of the mode at the first speed, from 1, whose motions these are.
+        motions: Its nonlinear motions that were asked for.
     """
 
     speed: float
     frequencies: Array
     gap: float = np.nan
     reason: str = ""
+    mode: int = 1
+    motions: tuple[MotionAtSpeed, ...] = field(default=())
+
+
+class _Spinning(Protocol):
+    """A structure at any speed."""
+
+    def at(self, speed: float, count: int, before: Array | None) -> Spin:
+        """The structure at a speed.
+
+        Args:
+            speed: Speed in rad/s.
+            count: Number of modes to follow.
+            before: Shapes of the modes that are followed at the speed before, if there is one.
+
+        Raises:
+            ConvergenceError: if it cannot bear this speed.
+        """
 
 
 def campbell_lines(
-    study: Study, speeds: Sequence[float], modes: int, comm: MPI.Comm, stages: Stages
+    study: Study,
+    speeds: Sequence[float],
+    modes: int,
+    comm: MPI.Comm,
+    stages: Stages,
+    motions: Motions = lambda study, analyse: (),
 ) -> tuple[AtSpeed, ...]:
     """Frequencies of the lowest modes at the first speed, followed by their shapes over others.
 
     Args:
-        study: Study of a mesh with a section [rotation], whose speed does not matter.
+        study: Study of a mesh with a section [rotation], or of matrices with a speed; which speed
+            does not matter.
         speeds: Speeds in rad/s, ascending.
         modes: Number of modes to follow.
         comm: Communicator; all ranks call this.
         stages: Timings and progress.
+        motions: Finds nonlinear motions of the study at each speed, of the mode that has the
+            number `mode.number` at the first one; none by default.
 
     Raises:
-        StudyError: if the study does not rotate.
-        NonlinearModeError: as `MeshStructure.assembled`, or if modes cannot be found.
+        StudyError: if the study has no speed.
+        NonlinearModeError: as `Structure.linear`, or if modes cannot be found.
     """
-    if not study.rotates:
-        raise StudyError("rotation: is missing: fenics-nnm campbell needs its axis, of a mesh")
-    body = cast(MeshStudy, study)
-    bare = body.model_copy(update={"rotation": None, "load": None})
-    plain = MeshStructure(bare).assembled(comm, stages)
+    spinning = _spinning(study, comm, stages)
     found: list[AtSpeed] = []
     shapes: Array | None = None
     with stages.stage("speeds"):
         for number, speed in enumerate(speeds):
-            spun = _spun(body, speed)
             try:
-                point, shapes = _at_speed(spun, plain, modes, shapes)
+                spin = spinning.at(speed, modes, shapes)
             except ConvergenceError as error:
-                point = AtSpeed(speed, np.empty(0), reason=str(error))
-            found.append(point)
+                found.append(AtSpeed(speed, np.empty(0), reason=str(error)))
+            else:
+                shapes = spin.shapes
+                found.append(_with_motions(spin, study.mode.number, motions))
             stages.report((number + 1) / len(speeds))
     return tuple(found)
 
 
-def _at_speed(
-    study: MeshStudy, plain: Assembled, count: int, before: Array | None
-) -> tuple[AtSpeed, Array]:
-    """A body at the speed of a study, and the shapes of the modes that are followed."""
-    solid = plain.solid
-    if study.loaded:
-        memory = memory_of_rank(solid.tagged.mesh.comm, study.solver.memory)
-        solid = loaded(solid, loads_of(study, solid.tagged.dim), memory)
-    sites = contact_sites(solid, contact_patches(study.contact, solid.tagged))
-    wanted = min(count + _SPARE, solid.free)
-    with DirectModalSolver(solid) as solver:
-        modes = solver.modes(wanted)
-        omega = modes.omega
-        if study.coriolis and study.speed and solid.state is not None:
-            rotation = solid.state.loads.rotation
-            assert rotation is not None
-            assembled = replace(plain, solid=solid, sites=sites)
-            operators = operators_of(solid, assembled.interface(evenly_spread(sites)), solver)
-            omega = coriolis_frequencies(solid, rotation, modes, operators)
-    kept = _followed(solid, modes, before, min(count, wanted))
-    frequencies = omega[kept] / (2 * np.pi)
-    return AtSpeed(study.speed, frequencies, float(sites.gap.min())), modes.shapes[:, kept]
+def _with_motions(spin: Spin, mode: int, motions: Motions) -> AtSpeed:
+    """A speed with the nonlinear motions of a mode, by its number at the first speed."""
+    point = AtSpeed(spin.speed, spin.frequencies, spin.gap, mode=mode)
+    if mode > len(spin.kept):
+        return point
+    now = spin.study.mode.model_copy(update={"number": int(spin.kept[mode - 1]) + 1})
+    study = spin.study.model_copy(update={"mode": now})
+    return replace(point, motions=motions(study, spin.analyse))
 
 
-def _followed(solid: Solid, modes: LinearModes, before: Array | None, count: int) -> Indices:
-    """Which modes go on those of a speed before, or the lowest ones."""
-    if before is None:
-        return np.arange(count)
-    comm = solid.tagged.mesh.comm
-    return same_modes(comm.allreduce(before.T @ product(solid.mass, modes.shapes)))
+def _of_mesh(study: MeshStudy, comm: MPI.Comm, stages: Stages) -> _Spinning:
+    if not study.rotates:
+        raise StudyError("rotation: is missing: fenics-nnm campbell needs its axis, of a mesh")
+    return SpinningMesh.of(study, comm, stages)
 
 
-def _spun(study: MeshStudy, speed: float) -> MeshStudy:
-    """The study at another speed; casings grow with its square."""
-    assert study.rotation is not None
-    rotation = study.rotation.model_copy(update={"speed": speed, "rpm": None})
-    own = study.speed
-    contact = _at(study, (speed / own) ** 2 if own else 0.0)
-    return study.model_copy(update={"rotation": rotation, "contact": contact})
+def _of_matrices(study: MatrixStudy, comm: MPI.Comm, stages: Stages) -> _Spinning:
+    if study.matrices.speed is None:
+        raise StudyError(
+            "matrices.speed: is missing: fenics-nnm campbell needs what the speed changes, "
+            "matrices.speed_stiffness or contact.gap_growth"
+        )
+    return SpinningMatrices(study, comm)
 
 
-def _at(study: MeshStudy, factor: float) -> Any:
-    """The contact section with the growth of its casings times a factor."""
-    contact = study.contact
-    if "patch" not in type(contact).model_fields:
-        return _grown(contact, factor)
-    patches = tuple(_grown(patch, factor) for patch in contact.patches.values())
-    return contact.model_copy(update={"patch": patches})
+_KINDS: Mapping[type, Callable[[Any, MPI.Comm, Stages], _Spinning]] = {
+    MeshStudy: _of_mesh,
+    MatrixStudy: _of_matrices,
+}
 
 
-def _grown(patch: Any, factor: float) -> Any:
-    growth = getattr(patch.casing, "growth", 0.0)
-    if not growth:
-        return patch
-    casing = patch.casing.model_copy(update={"growth": growth * factor})
-    return patch.model_copy(update={"casing": casing})
+def _spinning(study: Study, comm: MPI.Comm, stages: Stages) -> _Spinning:
+    return _KINDS[type(study)](study, comm, stages)

@@ -14,6 +14,7 @@ from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.reduction.attached import AttachedPoints
+from fenics_nnm.reduction.displacement_basis import DisplacementBasis
 from fenics_nnm.reduction.driven import DrivenBasis, driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.matrices import Matrices
@@ -59,7 +60,7 @@ class MatrixStructure:
         return on_root(comm, self._driven, stages)
 
     def _driven(self, stages: Stages) -> DrivenBasis:
-        matrices = self._matrices(stages)
+        matrices = self.matrices_at_speed(stages)
         springs, excited = _cubic_springs(self.study, matrices), _excited(self.study, matrices)
         with stages.stage("modes"):
             solver = MatrixSolver(matrices)
@@ -67,7 +68,12 @@ class MatrixStructure:
         with stages.stage("attachments"):
             return driven_basis(modes, springs, excited, matrices.gap, solver.operators())
 
-    def _matrices(self, stages: Stages) -> Matrices:
+    def matrices_at_speed(self, stages: Stages) -> Matrices:
+        """Read the matrices; stiffness and gaps are those at the speed of the study.
+
+        Raises:
+            ModelError: if they cannot be read, or are not of a structure.
+        """
         with stages.stage("matrices"):
             K, M, B = (read_matrix(path, name) for path, name in self.study.matrices.places)
             return Matrices(self._at_speed(K), M, B, gap_at_speed(self.study))
@@ -120,7 +126,7 @@ class MatrixStructure:
 
     def _analysed(self, stages: Stages, at_most: int | None) -> MatrixLinear:
         study, chosen = self.study, self.study.reduction
-        matrices = self._matrices(stages)
+        matrices = self.matrices_at_speed(stages)
         assert chosen.method != "none"  # refused by the study
         modes = mode_count(study, at_most, matrices.massive - matrices.massive_points)
         points = _cubic_springs(study, matrices)
@@ -163,6 +169,12 @@ class MatrixLinear(MatrixAnalysis):
 
     def flexibility(self, harmonics: int) -> None:
         """Nothing: full order is refused by the study."""
+
+    def displacement_basis(self) -> DisplacementBasis:
+        """As `Linear.displacement_basis`: each unknown is a node with one component."""
+        found = self.reduction
+        parts = (found.shapes, found.residual_shapes, found.bent_shapes)
+        return DisplacementBasis(*(columns.T[:, :, None] for columns in parts))
 
     def sizes(self) -> dict[str, Any]:
         """Numbers of unknowns and contact rows."""

@@ -14,7 +14,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.fem.blocks import KEPT_MESH, Data
 from fenics_nnm.fem.contact import ContactInterface, interface_at
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
-from fenics_nnm.fem.gathering import gathered_basis
+from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.kept_mesh import StoredMesh
 from fenics_nnm.fem.linear import (
@@ -28,6 +28,7 @@ from fenics_nnm.fem.modal_solver import ModalSolver, modal_solver
 from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fem.solid import Solid, assemble_solid
 from fenics_nnm.fem.static_state import loaded
+from fenics_nnm.reduction.displacement_basis import DisplacementBasis
 from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
@@ -92,7 +93,12 @@ class MeshStructure:
 
     def linear(self, comm: MPI.Comm, stages: Stages, *, at_most: int | None = None) -> MeshLinear:
         """As `Structure.linear`: mesh, assemble, find modes and attachment solutions, reduce."""
-        assembled = self.assembled(comm, stages)
+        return self.reduced(self.assembled(comm, stages), stages, at_most=at_most)
+
+    def reduced(
+        self, assembled: Assembled, stages: Stages, *, at_most: int | None = None
+    ) -> MeshLinear:
+        """As `linear`, of a body that is assembled."""
         with stages.stage("factors"):
             found = _modal_solver(self.study, assembled.solid)
         with found as solver:
@@ -223,6 +229,14 @@ class MeshLinear(LinearAnalysis):
             TypeError: if the reduction is not the massless-boundary one.
         """
         return HarmonicSolver(self, harmonics=harmonics)
+
+    def displacement_basis(self) -> DisplacementBasis:
+        """As `Linear.displacement_basis`."""
+        way, found = gathering(self.solid), self.reduction
+        bent = found.bent_shapes if found.bent_shapes.size else found.shapes[:, :0]
+        return DisplacementBasis(
+            way.nodal(found.shapes), way.nodal(found.residual_shapes), way.nodal(bent)
+        )
 
     def sizes(self) -> dict[str, Any]:
         """Numbers of degrees of freedom and contact points, their area, and each patch."""

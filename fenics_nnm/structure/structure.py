@@ -14,6 +14,7 @@ from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.reduction.displacement_basis import DisplacementBasis
 from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.reduction.linear_modes import LinearModes
@@ -108,6 +109,9 @@ class Linear(Protocol):
 
     def flexibility(self, harmonics: int) -> AbstractContextManager[FlexibilitySource] | None:
         """Residual flexibility of the whole model at N harmonics; None where there is none."""
+
+    def displacement_basis(self) -> DisplacementBasis:
+        """Displacement of all nodes by the coordinates of the model, on rank 0."""
 
     def sizes(self) -> dict[str, Any]:
         """Sizes for summary.json."""

@@ -455,6 +455,11 @@ class MatrixStudy(_SprungStudy):
         return self
 
     @property
+    def speed(self) -> float:
+        """Speed of rotation in rad/s."""
+        return self.matrices.speed or 0.0
+
+    @property
     def bends(self) -> bool:
         """Whether there are terms that are not linear."""
         return self.matrices.bends

@@ -1,0 +1,127 @@
+"""Nonlinear lines of a Campbell diagram: motions of given energy or amplitude at each speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from mpi4py import MPI
+
+from fenics_nnm.backbone.branch import Branch
+from fenics_nnm.backbone.point import FAILED, BranchPoint
+from fenics_nnm.backbone.target_continuation import TargetContinuation
+from fenics_nnm.errors import ConvergenceError, ModelError, StudyError
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.mechanics.motion import Motion
+from fenics_nnm.reduction.displacement_basis import DisplacementBasis
+from fenics_nnm.resolution.auto import choice
+from fenics_nnm.stages import Stages
+from fenics_nnm.structure.analysis import Analyse
+from fenics_nnm.structure.motions import assert_without_coriolis
+from fenics_nnm.structure.motions_at_speed import MotionAtSpeed, Quantity, Target
+from fenics_nnm.structure.prepared import Prepared
+from fenics_nnm.study import Study
+from fenics_nnm.study.error_keys import one_line
+from fenics_nnm.study.resolution import Resolution
+
+
+def assert_has_lines(study: Study, modes: int) -> None:
+    """Refuse a study without nonlinear lines.
+
+    Args:
+        study: Study.
+        modes: Number of linear modes that are followed over the speed.
+
+    Raises:
+        StudyError: if it has none.
+    """
+    assert_without_coriolis(study)
+    if study.full_order:
+        raise StudyError(
+            'reduction.method = "none": nonlinear lines are those of a reduced model: must be '
+            '"massless" or "craig-bampton"'
+        )
+    if study.mode.number > modes:
+        raise StudyError(
+            f"--modes {modes}: must be at least mode.number = {study.mode.number}, the mode of "
+            "the nonlinear lines"
+        )
+
+
+@dataclass(slots=True)
+class NonlinearLines:
+    """Finds the motions of the followed mode of a study at its speed; called on all ranks.
+
+    Attributes:
+        targets: Energies and amplitudes.
+        comm: Communicator of the mesh.
+    """
+
+    targets: tuple[Target, ...]
+    comm: MPI.Comm
+    _resolution: Resolution | None = field(default=None)
+
+    def __call__(self, study: Study, analyse: Analyse) -> tuple[MotionAtSpeed, ...]:
+        """Motions at the speed of a study, one a target; those without one say why.
+
+        Numbers for "auto" are those of the first speed that has motions.
+        """
+        if not self.targets:
+            return ()
+        try:
+            chosen = choice(study, self.comm, found=self._resolution, analyse=analyse)
+            self._resolution = chosen.study.resolution
+            return self._followed(chosen.prepared)
+        except (ConvergenceError, ModelError) as error:
+            return tuple(MotionAtSpeed(each, FAILED, one_line(error)) for each in self.targets)
+
+    def _followed(self, prepared: Prepared) -> tuple[MotionAtSpeed, ...]:
+        basis = prepared.linear.displacement_basis()
+        found: list[MotionAtSpeed] = []
+        for quantity in Quantity:
+            wanted = [each for each in self.targets if each.quantity is quantity]
+            if wanted:
+                found += on_root(self.comm, _motions, prepared, basis, wanted)
+        return tuple(found)
+
+
+def _motions(
+    prepared: Prepared, basis: DisplacementBasis, targets: Sequence[Target]
+) -> list[MotionAtSpeed]:
+    """Motions at several values of one quantity."""
+    model, series = prepared.model_in_contact, prepared.balance.series
+
+    def amplitude(motion: Motion) -> float:
+        return basis.largest(model, series, motion)
+
+    quantity = targets[0].quantity
+    measure = amplitude if quantity is Quantity.AMPLITUDE else _energy
+    values = tuple(sorted(each.value for each in targets))
+    wanted = TargetContinuation(values, measure, quantity.value)
+    branch = replace(prepared, wanted=wanted).followed(stages=Stages())
+    points = {point.position: point for point in branch.points}
+    return [
+        _of_point(each, points[each.value], amplitude(points[each.value].motion))
+        if each.value in points
+        else MotionAtSpeed(each, FAILED, _missing(branch, each.value))
+        for each in targets
+    ]
+
+
+def _energy(motion: Motion) -> float:
+    return motion.energy
+
+
+def _of_point(target: Target, point: BranchPoint, amplitude: float) -> MotionAtSpeed:
+    return MotionAtSpeed(
+        target,
+        point.status,
+        point.reason if point.status == FAILED else "",
+        energy=point.motion.energy,
+        amplitude=amplitude,
+        frequency=point.motion.frequency,
+    )
+
+
+def _missing(branch: Branch, value: float) -> str:
+    return dict(branch.failures).get(value, branch.reason)

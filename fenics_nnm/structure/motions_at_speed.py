@@ -1,0 +1,57 @@
+"""Nonlinear motions of a structure at a speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Quantity(Enum):
+    """What a nonlinear line of a Campbell diagram keeps over the speed."""
+
+    ENERGY = "energy"
+    AMPLITUDE = "amplitude"
+
+    @property
+    def unit(self) -> str:
+        """Unit of its values."""
+        return "J" if self is Quantity.ENERGY else "m"
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A nonlinear line that is asked for.
+
+    Attributes:
+        quantity: What it keeps over the speed.
+        value: Its value, energy in J or largest displacement in m.
+    """
+
+    quantity: Quantity
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class MotionAtSpeed:
+    """A point of a nonlinear line.
+
+    Attributes:
+        target: The line.
+        status: Status of the motion, see `backbone.point`; "failed" if there is none.
+        reason: Why the motion failed, or is missing; empty otherwise.
+        energy: Energy in J.
+        amplitude: Largest displacement of any node in m.
+        frequency: Frequency in Hz.
+    """
+
+    target: Target
+    status: str
+    reason: str = ""
+    energy: float = float("nan")
+    amplitude: float = float("nan")
+    frequency: float = float("nan")
+
+    @property
+    def failed(self) -> bool:
+        """Whether it is no motion to be shown."""
+        return bool(self.reason)

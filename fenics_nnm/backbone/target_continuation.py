@@ -44,7 +44,7 @@ class TargetContinuation:
         targets: Values, positive and ascending. They are the positions of the points.
         quantity: The quantity of a motion in SI units, such as its energy.
         name: Name of the quantity.
-        step: Largest step of the gamma ratio, or part of it where that is above 1.
+        step: Largest step of the gamma ratio up to 1, from where on steps grow with it.
         smallest_step: A step that fails is halved down to this.
         newton: Newton's configuration.
     """
@@ -228,5 +228,5 @@ class _Search:
         found, at = [start], max(start, _STEPS_FROM)
         while at < stop:
             found.append(at)
-            at += self.wanted.step * max(1.0, at)
+            at += self.wanted.step * max(1.0, 2 * at - 1)
         return sorted({*found, stop})

@@ -1,13 +1,16 @@
-"""fenics-nnm campbell: frequencies over speed."""
+"""fenics-nnm campbell: linear and nonlinear frequencies over speed."""
 
 from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fenics_nnm.commands.campbell_targets import targets_of
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -23,6 +26,9 @@ from fenics_nnm.commands.shared import (
 from fenics_nnm.errors import StudyError
 from fenics_nnm.interrupts import terminable
 
+if TYPE_CHECKING:
+    from fenics_nnm.structure.campbell import AtSpeed
+
 #: Most speeds of a diagram.
 _MOST = 10_000
 
@@ -30,7 +36,7 @@ _MOST = 10_000
 def add_to(commands: Commands) -> None:
     """Add the command."""
     campbell = commands.add_parser(
-        "campbell", help="frequencies of linear modes over speed, with engine orders"
+        "campbell", help="linear and nonlinear frequencies over speed, with engine orders"
     )
     campbell.add_argument(
         "--speeds", required=True, metavar="FROM:TO:STEP", help="speeds in rad/s, both ends too"
@@ -39,6 +45,18 @@ def add_to(commands: Commands) -> None:
     campbell.add_argument("--modes", type=int, default=6, metavar="N", help="modes (default: 6)")
     campbell.add_argument(
         "--orders", default="1,2,3,4", metavar="LIST", help="engine orders (default: 1,2,3,4)"
+    )
+    campbell.add_argument(
+        "--energies",
+        default="",
+        metavar="LIST",
+        help="nonlinear lines of the mode of the study at these energies in J, as in 0.5,1",
+    )
+    campbell.add_argument(
+        "--amplitudes",
+        default="",
+        metavar="LIST",
+        help='nonlinear lines at these largest displacements, as in "1 mm,2 mm"',
     )
     campbell.add_argument(
         "--output",
@@ -56,6 +74,7 @@ def _campbell(arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.campbell_report import write_campbell
+    from fenics_nnm.running.nonlinear_lines import NonlinearLines, assert_has_lines
     from fenics_nnm.structure.campbell import campbell_lines
 
     comm = MPI.COMM_WORLD
@@ -63,25 +82,45 @@ def _campbell(arguments: argparse.Namespace) -> int:
     if arguments.modes < 1:
         raise StudyError(f"--modes {arguments.modes}: must be 1 or more")
     (study, _), console = asked_study(arguments), console_of(comm)
+    targets = targets_of(arguments.energies, arguments.amplitudes, study.length_unit)
+    if targets:
+        assert_has_lines(study, arguments.modes)
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-campbell"
+    motions = NonlinearLines(targets, comm)
     with terminable(), stages_of(console, arguments) as stages:
-        points = campbell_lines(study, speeds, arguments.modes, comm, stages)
+        points = campbell_lines(study, speeds, arguments.modes, comm, stages, motions)
         title, turns = study.title, arguments.rpm
         found = on_root(comm, write_campbell, folder, points, orders, title=title, turns=turns)
     for each in found:
         show(
             console,
-            f"engine order {each.order} meets mode {each.mode + 1} at {each.speed:.6g} rad/s "
+            f"engine order {each.order} meets {each.line} at {each.speed:.6g} rad/s "
             f"({each.speed * 30 / math.pi:.6g} rpm), {each.frequency:.6g} Hz",
         )
     show(console, f"results in {folder}")
-    missing = [point for point in points if point.reason]
-    if missing and comm.rank == 0:
-        complain(
-            f"incomplete: {len(missing)} of {len(points)} speeds without frequencies, the first at "
-            f"{missing[0].speed:g} rad/s: {missing[0].reason}"
-        )
+    missing = list(_missing(points))
+    if comm.rank == 0:
+        for line in missing:
+            complain(line)
     return INCOMPLETE if missing else DONE
+
+
+def _missing(points: Sequence[AtSpeed]) -> Iterator[str]:
+    """Lines about speeds without frequencies, and about motions that are missing."""
+    without = [point for point in points if point.reason]
+    if without:
+        yield (
+            f"incomplete: {len(without)} of {len(points)} speeds without frequencies, the first at "
+            f"{without[0].speed:g} rad/s: {without[0].reason}"
+        )
+    motions = [(point.speed, motion) for point in points for motion in point.motions]
+    failed = [(speed, motion) for speed, motion in motions if motion.failed]
+    if failed:
+        speed, motion = failed[0]
+        yield (
+            f"incomplete: {len(failed)} of {len(motions)} nonlinear motions failed, the first at "
+            f"{speed:g} rad/s, {motion.target}: {motion.reason}"
+        )
 
 
 def speeds_from(text: str, *, turns: bool = False) -> list[float]:

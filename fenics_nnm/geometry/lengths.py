@@ -70,6 +70,15 @@ def like_a_length(text: str) -> bool:
     return len(text) <= _LONGEST and _TEXT.fullmatch(text.strip()) is not None
 
 
+def length_in_metres(text: str) -> float:
+    """A length in m of a number with a unit.
+
+    Raises:
+        ValueError: if it is none.
+    """
+    return converted(*_parsed(text), "m")
+
+
 def _in_metres(value: Any, info: ValidationInfo) -> Any:
     return _read(value, _units(info).study, "m")
 

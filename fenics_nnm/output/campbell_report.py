@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
 from fenics_nnm.errors import OutputError
+from fenics_nnm.output.campbell_crossings import Met, crossings_of
 from fenics_nnm.output.pictures.campbell import campbell_plot
 from fenics_nnm.output.pictures.style import save
-from fenics_nnm.reduction.mode_lines import Crossing, crossings
 from fenics_nnm.results.durable import write_whole
 from fenics_nnm.structure.campbell import AtSpeed
+from fenics_nnm.structure.motions_at_speed import MotionAtSpeed, Quantity
 
 #: Columns of campbell.csv; energy 0 is the linear mode. Other programs rely on the names.
 COLUMNS = (
@@ -40,21 +40,6 @@ OF_CROSSINGS = (
 )
 
 
-def lines_of(points: Sequence[AtSpeed]) -> tuple[Array, Array]:
-    """Speeds in rad/s and frequencies in Hz, shape (s, k), of speeds with a static state."""
-    found = [point for point in points if not point.reason]
-    speeds = np.array([point.speed for point in found])
-    return speeds, np.array([point.frequencies for point in found])
-
-
-def crossings_of(points: Sequence[AtSpeed], orders: Iterable[int]) -> list[Crossing]:
-    """Where engine orders meet modes, by order, mode and speed."""
-    speeds, frequencies = lines_of(points)
-    if not len(speeds):
-        return []
-    return [each for order in orders for each in crossings(speeds, frequencies, order)]
-
-
 def write_campbell(
     folder: Path,
     points: Sequence[AtSpeed],
@@ -62,7 +47,7 @@ def write_campbell(
     *,
     title: str,
     turns: bool = False,
-) -> list[Crossing]:
+) -> list[Met]:
     """Write a Campbell diagram to a folder, and give its crossings.
 
     Args:
@@ -77,15 +62,12 @@ def write_campbell(
     """
     found = crossings_of(points, orders)
     lines = [row for point in points for row in _rows(point)]
-    marks = [
-        (each.order, each.mode + 1, 0, 0, f"{each.speed:.12g}", f"{each.frequency:.12g}")
-        for each in found
-    ]
+    marks = [_mark(each) for each in found]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(folder / "campbell.csv", _table(COLUMNS, lines))
         write_whole(folder / "crossings.csv", _table(OF_CROSSINGS, marks))
-        if len(lines_of(points)[0]):
+        if any(not point.reason for point in points):
             figure = campbell_plot(points, found, orders, title, turns=turns)
             save(figure, folder, "campbell", ("png", "svg"))
     except OSError as error:
@@ -99,9 +81,28 @@ def _rows(point: AtSpeed) -> list[tuple[object, ...]]:
     if point.reason:
         return [(*at, "", "", "", "", "", f"failed: {point.reason}")]
     return [
-        (*at, mode, 0, 0, f"{hertz:.12g}", f"{point.gap:.12g}", "linear")
-        for mode, hertz in enumerate(point.frequencies, start=1)
+        *(
+            (*at, mode, 0, 0, f"{hertz:.12g}", f"{point.gap:.12g}", "linear")
+            for mode, hertz in enumerate(point.frequencies, start=1)
+        ),
+        *((*at, point.mode, *_of_motion(motion, point.gap)) for motion in point.motions),
     ]
+
+
+def _of_motion(motion: MotionAtSpeed, gap: float) -> tuple[str, str, str, str, str]:
+    """Energy, amplitude, frequency, gap and status of a motion; of a failed one what was asked."""
+    if motion.failed:
+        value = f"{motion.target.value:.12g}"
+        asked = (value, "") if motion.target.quantity is Quantity.ENERGY else ("", value)
+        return (*asked, "", f"{gap:.12g}", f"failed: {motion.reason}")
+    numbers = (motion.energy, motion.amplitude, motion.frequency, gap)
+    energy, amplitude, hertz, smallest = (f"{number:.12g}" for number in numbers)
+    return energy, amplitude, hertz, smallest, motion.status
+
+
+def _mark(met: Met) -> tuple[object, ...]:
+    numbers = (met.energy, met.amplitude, met.speed, met.frequency)
+    return (met.order, met.mode, *(f"{number:.12g}" for number in numbers))
 
 
 def _table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:

@@ -113,12 +113,19 @@ def _energy(motion: Motion) -> float:
 
 
 def _of_point(target: Target, point: BranchPoint, amplitude: float) -> MotionAtSpeed:
+    """The motion of a point, whose position is the value that was asked for."""
+    reason = point.reason if point.status == FAILED else ""
+    numbers = {
+        Quantity.ENERGY: point.motion.energy,
+        Quantity.AMPLITUDE: amplitude,
+        target.quantity: target.value,
+    }
     return MotionAtSpeed(
         target,
         point.status,
-        point.reason if point.status == FAILED else "",
-        energy=point.motion.energy,
-        amplitude=amplitude,
+        reason,
+        energy=numbers[Quantity.ENERGY],
+        amplitude=numbers[Quantity.AMPLITUDE],
         frequency=point.motion.frequency,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -42,7 +42,7 @@ class AtSpeed:
     gap: float = np.nan
     reason: str = ""
     mode: int = 1
-    motions: tuple[MotionAtSpeed, ...] = field(default=())
+    motions: tuple[MotionAtSpeed, ...] = ()
 
 
 class _Spinning(Protocol):
@@ -103,12 +103,10 @@ def campbell_lines(
 
 def _with_motions(spin: Spin, mode: int, motions: Motions) -> AtSpeed:
     """A speed with the nonlinear motions of a mode, by its number at the first speed."""
-    point = AtSpeed(spin.speed, spin.frequencies, spin.gap, mode=mode)
-    if mode > len(spin.kept):
-        return point
-    now = spin.study.mode.model_copy(update={"number": int(spin.kept[mode - 1]) + 1})
-    study = spin.study.model_copy(update={"mode": now})
-    return replace(point, motions=motions(study, spin.analyse))
+    number = int(spin.kept[mode - 1]) + 1 if mode <= len(spin.kept) else mode
+    now = spin.study.mode.model_copy(update={"number": number})
+    found = motions(spin.study.model_copy(update={"mode": now}), spin.analyse)
+    return AtSpeed(spin.speed, spin.frequencies, spin.gap, mode=mode, motions=found)
 
 
 def _of_mesh(study: MeshStudy, comm: MPI.Comm, stages: Stages) -> _Spinning:

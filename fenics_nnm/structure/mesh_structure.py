@@ -233,10 +233,8 @@ class MeshLinear(LinearAnalysis):
     def displacement_basis(self) -> DisplacementBasis:
         """As `Linear.displacement_basis`."""
         way, found = gathering(self.solid), self.reduction
-        bent = found.bent_shapes if found.bent_shapes.size else found.shapes[:, :0]
-        return DisplacementBasis(
-            way.nodal(found.shapes), way.nodal(found.residual_shapes), way.nodal(bent)
-        )
+        bent = way.nodal(found.bent_shapes) if found.bent_shapes.size else np.zeros((0, 0, 0))
+        return DisplacementBasis(way.nodal(found.shapes), way.nodal(found.residual_shapes), bent)
 
     def sizes(self) -> dict[str, Any]:
         """Numbers of degrees of freedom and contact points, their area, and each patch."""

@@ -30,6 +30,10 @@ class Target:
     quantity: Quantity
     value: float
 
+    def __str__(self) -> str:
+        """Its value with its unit."""
+        return f"{self.value:g} {self.quantity.unit}"
+
 
 @dataclass(frozen=True, slots=True)
 class MotionAtSpeed:

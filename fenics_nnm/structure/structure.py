@@ -71,7 +71,17 @@ class Structure(Protocol):
         """
 
 
-class Linear(Protocol):
+class Moving(Protocol):
+    """How far a structure moves; methods are to be called on all ranks."""
+
+    def displacement_basis(self) -> DisplacementBasis:
+        """Displacement of all nodes by the coordinates of the model, on rank 0."""
+
+    def largest(self, q: Array, force: Array) -> str:
+        """Largest displacement, with its unit, of coordinates in kg^1/2 m and forces in N."""
+
+
+class Linear(Moving, Protocol):
     """All that is linear of a structure; methods are to be called on all ranks."""
 
     @property
@@ -110,9 +120,6 @@ class Linear(Protocol):
     def flexibility(self, harmonics: int) -> AbstractContextManager[FlexibilitySource] | None:
         """Residual flexibility of the whole model at N harmonics; None where there is none."""
 
-    def displacement_basis(self) -> DisplacementBasis:
-        """Displacement of all nodes by the coordinates of the model, on rank 0."""
-
     def sizes(self) -> dict[str, Any]:
         """Sizes for summary.json."""
 
@@ -135,6 +142,3 @@ class Linear(Protocol):
             study: Its study, so one of its kind.
             mode: Index of the mode that is followed, from 0.
         """
-
-    def largest(self, q: Array, force: Array) -> str:
-        """Largest displacement, with its unit, of coordinates in kg^1/2 m and forces in N."""

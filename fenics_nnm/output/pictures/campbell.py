@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from fenics_nnm.arrays import Array
+from fenics_nnm.output.campbell_crossings import Met, NonlinearLine, borne, nonlinear_lines
 from fenics_nnm.output.pictures.style import (
     BLACK,
     CURVES,
@@ -17,37 +20,40 @@ from fenics_nnm.output.pictures.style import (
     new_figure,
     unit_for,
 )
-from fenics_nnm.reduction.mode_lines import Crossing
 from fenics_nnm.structure.campbell import AtSpeed
+from fenics_nnm.structure.motions_at_speed import Target
 
 
 def campbell_plot(
     points: Sequence[AtSpeed],
-    crossings: Sequence[Crossing],
+    crossings: Sequence[Met],
     orders: Sequence[int],
     title: str,
     *,
     turns: bool = False,
 ) -> Figure:
-    """Frequencies of modes over speed, engine orders with their crossings; the gap beside it.
+    """Frequencies of all lines over speed, engine orders with their crossings; the gap beside it.
 
     Args:
         points: The body at each speed; some with a static state.
-        crossings: Where engine orders meet modes.
+        crossings: Where engine orders meet lines.
         orders: Engine orders.
         title: Title.
         turns: Whether speeds are shown in turns per minute.
     """
     figure = new_figure(height=4.0, width=6.4)
     left, right = figure.subplots(1, 2, width_ratios=(2.4, 1))
-    found = [point for point in points if not point.reason]
+    found = borne(points)
     unit = 30 / np.pi if turns else 1.0
     speed = unit * np.array([point.speed for point in found])
     lines = np.array([point.frequencies for point in found]).T
     for mode, line in enumerate(lines):
         colour, _ = CURVES[mode % len(CURVES)]
         left.plot(speed, line, color=colour, lw=1.3, marker=".", ms=3, label=f"mode {mode + 1}")
-    top = 1.05 * float(lines.max())
+    nonlinear = nonlinear_lines(points)
+    _draw(left, speed, nonlinear)
+    shown = [lines.ravel(), *(line.frequency for line in nonlinear)]
+    top = 1.05 * float(np.nanmax(np.concatenate(shown)))
     for order in orders:
         end = min(float(speed.max()), top * 2 * np.pi * unit / order)
         left.plot([0, end], [0, order * end / unit / 2 / np.pi], color=GREY, lw=0.8, ls="--")
@@ -59,7 +65,7 @@ def campbell_plot(
         mfc="none",
         color=BLACK,
         ms=5,
-        label="engine order meets mode",
+        label="engine order meets a line",
     )
     left.set_ylim(0, top)
     name = "speed  (rpm)" if turns else "speed  (rad/s)"
@@ -72,3 +78,17 @@ def campbell_plot(
     left.set_title(title, fontsize=9)
     legend_below(figure, left, columns=4)
     return figure
+
+
+def _draw(axes: Axes, speed: Array, lines: Sequence[NonlinearLine]) -> None:
+    """Nonlinear lines in the colour of their mode, each with a marker of its own."""
+    for number, line in enumerate(lines):
+        colour, _ = CURVES[(line.mode - 1) % len(CURVES)]
+        _, marker = CURVES[number % len(CURVES)]
+        name = f"mode {line.mode}, {_named(line.target)}"
+        axes.plot(speed, line.frequency, color=colour, lw=0.9, marker=marker, ms=3.5, label=name)
+
+
+def _named(target: Target) -> str:
+    unit = unit_for(np.array([target.value]), target.quantity.unit)
+    return f"{unit.factor * target.value:g} {unit.name}"

@@ -3,6 +3,7 @@
 python3 tests/fuzz.py           every key with 20 values, meshes cut and flipped at 200 places,
                                 100 damaged branch.h5: about an hour
 python3 tests/fuzz.py --few     a small part of it, as the tests run it
+python3 tests/fuzz.py --only loads      one of its parts: studies, loads, meshes, branches
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from conftest import BEAM, PLATE, ROD, toml
+from loaded_studies import CAMPBELL, FILES, LOADED, NEW
 
 from fenics_nnm.processes import environment_of_child
 
@@ -52,35 +54,69 @@ class Input:
     arguments: tuple[str, ...]
 
 
-def leaves(values: dict[str, Any], place: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
-    """Places of the keys of a study, sections too."""
-    for key, value in values.items():
+Place = tuple[str | int, ...]
+
+
+def leaves(values: Any, place: Place = ()) -> Iterator[Place]:
+    """Places of the keys of a study, sections too, also those that come several times."""
+    items = values.items() if isinstance(values, dict) else enumerate(values)
+    for key, value in items:
         yield (*place, key)
-        if isinstance(value, dict):
+        sections = isinstance(value, list) and value and isinstance(value[0], dict)
+        if isinstance(value, dict) or sections:
             yield from leaves(value, (*place, key))
+
+
+def with_value(base: dict[str, Any], place: Place, value: Any) -> dict[str, Any]:
+    """A copy of a study with another value at a place."""
+    study = copy.deepcopy(base)
+    section: Any = study
+    for key in place[:-1]:
+        section = section[key]
+    section[place[-1]] = value
+    return study
+
+
+def of_keys(
+    name: str,
+    base: dict[str, Any],
+    places: list[Place],
+    rng: random.Random,
+    few: bool,
+    files: dict[str, bytes],
+) -> Iterator[Input]:
+    """Each of the keys of a study with each hostile value."""
+    for place in rng.sample(places, 3) if few else places:
+        for value in rng.sample(HOSTILE, 2) if few else HOSTILE:
+            said = f"{name} {'.'.join(map(str, place))} = {str(value)[:30]}"
+            text = text_of(with_value(base, place, value))
+            yield Input(said, {"s.toml": text, **files}, ("check", "s.toml"))
 
 
 def of_studies(rng: random.Random, few: bool) -> Iterator[Input]:
     """Each key of some studies with each hostile value, and texts that are no study."""
-    for base_name, base in (("rod", ROD), ("plate", PLATE), ("beam", BEAM)):
-        places = list(leaves(base))
-        for place in rng.sample(places, 3) if few else places:
-            for number in rng.sample(range(len(HOSTILE)), 2) if few else range(len(HOSTILE)):
-                study = copy.deepcopy(base)
-                section = study
-                for key in place[:-1]:
-                    section = section[key]
-                section[place[-1]] = HOSTILE[number]
-                name = f"{base_name} {'.'.join(place)} = {str(HOSTILE[number])[:30]}"
-                yield Input(name, {"s.toml": text_of(study)}, ("check", "s.toml"))
+    for name, base in (("rod", ROD), ("plate", PLATE), ("beam", BEAM)):
+        yield from of_keys(name, base, list(leaves(base)), rng, few, {})
     deep = b"a = " + b"[" * 5000 + b"]" * 5000
-    for name, text in (
+    for said, text in (
         ("deep", deep),
         ("zero", b"\0" * 100),
         ("latin", b"title = '\xe9'"),
         ("mark", b"\xef\xbb\xbf" + text_of(ROD)),
     ):
-        yield Input(name, {"s.toml": text}, ("check", "s.toml"))
+        yield Input(said, {"s.toml": text}, ("check", "s.toml"))
+
+
+def of_loads(rng: random.Random, few: bool) -> Iterator[Input]:
+    """Keys of loads, rigid facets, large deflection and matrices; options of campbell."""
+    for name, (base, sections) in NEW.items():
+        places = [place for place in leaves(base) if place[0] in sections]
+        yield from of_keys(name, base, places, rng, few, FILES)
+    files = {"s.toml": text_of(LOADED), **FILES}
+    for option, value in rng.sample(CAMPBELL, 2) if few else CAMPBELL:
+        given = {"--speeds": "0:10:10", "--modes": "2"} | {option: value}
+        words = [f"{key}={given[key]}" for key in given]
+        yield Input(f"campbell {option} {value[:30]}", files, ("campbell", "s.toml", *words))
 
 
 def text_of(study: dict[str, Any]) -> bytes:
@@ -97,7 +133,7 @@ def value_of(value: Any) -> str:
         return "{ " + ", ".join(f"{key} = {value_of(item)}" for key, item in value.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(value_of, value)) + "]"
-    return json.dumps(value) if isinstance(value, str) else repr(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def damaged(data: bytes, rng: random.Random, count: int) -> Iterator[tuple[str, bytes]]:
@@ -236,20 +272,26 @@ class Server:
         self._process.communicate()
 
 
-def fuzz(*, few: bool, seed: int = 1) -> list[str]:
-    """Run all inputs; what is wrong, a line each."""
+def parts(rng: random.Random, few: bool, folder: Path) -> dict[str, Iterator[Input]]:
+    """Inputs by the part of the program that they are for."""
+    return {
+        "studies": of_studies(rng, few),
+        "loads": of_loads(rng, few),
+        "meshes": of_meshes(rng, few, folder),
+        "branches": of_branches(rng, few, folder),
+    }
+
+
+def fuzz(*, few: bool, seed: int = 1, only: str = "", log: Any = None) -> list[str]:
+    """Run all inputs, or one part; what is wrong, a line each; all that was told goes to a log."""
     rng = random.Random(seed)
     wrong = []
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         folder = Path(name)
         server = Server()
         count, slowest = 0, 0.0
-        for made in (
-            of_studies(rng, few),
-            of_meshes(rng, few, folder),
-            of_branches(rng, few, folder),
-        ):
-            for each in made:
+        for part, made in parts(rng, few, folder).items():
+            for each in made if only in ("", part) else ():
                 count += 1
                 place = folder / str(count)
                 for file, data in each.files.items():
@@ -259,6 +301,8 @@ def fuzz(*, few: bool, seed: int = 1) -> list[str]:
                 code = server.ended(place, each.arguments)
                 slowest = max(slowest, time.monotonic() - start)
                 told = (place / "told").read_text("utf-8", "replace")
+                if log:
+                    print(f"{code} {each.name} | {told.strip()[:600]}", file=log, flush=True)
                 fault = "too slow" if code is None else complaint(code, told)
                 if fault:
                     wrong.append(f"{each.name}: {fault}: {told.strip()[-300:]!r}")
@@ -274,11 +318,14 @@ def main() -> int:
     parser.add_argument("--few", action="store_true")
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", choices=("studies", "loads", "meshes", "branches"))
+    parser.add_argument("--log", type=argparse.FileType("w"), help="file of all that was told")
     arguments = parser.parse_args()
     if arguments.serve:
         serve()
         return 0
-    return int(bool(fuzz(few=arguments.few, seed=arguments.seed)))
+    del arguments.serve
+    return int(bool(fuzz(**vars(arguments))))
 
 
 if __name__ == "__main__":

@@ -29,8 +29,8 @@ from fenics_nnm.interrupts import terminable
 if TYPE_CHECKING:
     from fenics_nnm.structure.campbell import AtSpeed
 
-#: Most speeds of a diagram.
-_MOST = 10_000
+#: Most speeds of a diagram, the largest one in rad/s, and digits of an engine order.
+_MOST, _FASTEST, _DIGITS = 10_000, 1e9, 6
 
 
 def add_to(commands: Commands) -> None:
@@ -133,11 +133,13 @@ def speeds_from(text: str, *, turns: bool = False) -> list[float]:
         start, stop, step = (float(part) for part in text.split(":"))
     except ValueError as error:
         raise StudyError(f"--speeds {text}: must be FROM:TO:STEP, three numbers") from error
-    if not (0 <= start < stop < math.inf and 0 < step < math.inf):
-        raise StudyError(f"--speeds {text}: must rise from 0 or more, by a positive step")
+    if not (0 <= start < stop <= _FASTEST and 0 < step < math.inf):
+        raise StudyError(
+            f"--speeds {text}: must rise from 0 or more to {_FASTEST:g} at most, by a positive step"
+        )
+    if (stop - start) / step > _MOST - 1:
+        raise StudyError(f"--speeds {text}: are too many speeds: must be {_MOST} at most")
     steps = math.ceil((stop - start) / step - 1e-9)
-    if steps >= _MOST:
-        raise StudyError(f"--speeds {text}: are {steps + 1} speeds: must be {_MOST} at most")
     unit = math.pi / 30 if turns else 1.0
     return [float(each) * unit for each in np.linspace(start, stop, steps + 1)]
 
@@ -149,6 +151,10 @@ def orders_of(text: str) -> list[int]:
         StudyError: if they are not positive integers, each once.
     """
     parts = [part.strip() for part in text.split(",") if part.strip()]
-    if not all(part.isdecimal() and int(part) for part in parts) or len(set(parts)) < len(parts):
-        raise StudyError(f"--orders {text}: must be different positive integers, as in 1,2,4")
+    right = all(part.isdecimal() and len(part) <= _DIGITS and int(part) for part in parts)
+    if not right or len(set(parts)) < len(parts):
+        raise StudyError(
+            f"--orders {text}: must be different positive integers of {_DIGITS} digits at most, as "
+            "in 1,2,4"
+        )
     return [int(part) for part in parts]

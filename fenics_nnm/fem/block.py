@@ -8,6 +8,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ConvergenceError
 
 #: Columns that are dealt with at once where each is a copy: in products, and in solutions, which
 #: are the faster the more there are.
@@ -21,12 +22,22 @@ def groups(count: int, at_once: int = _AT_ONCE) -> Iterator[slice]:
 
 
 def solved(ksp: PETSc.KSP, columns: Array) -> Array:
-    """Solutions for right-hand sides of shape (n_owned, k), many at once."""
+    """Solutions for right-hand sides of shape (n_owned, k), many at once.
+
+    Raises:
+        ConvergenceError: if the solver fails, as with factors of numbers that are too far apart.
+    """
     solution = np.empty(columns.shape, order="F")
     for group in groups(columns.shape[1], SOLVED_AT_ONCE):
         right = _dense(columns[:, group], ksp.comm)
         left = _dense(np.zeros((len(columns), group.stop - group.start), order="F"), ksp.comm)
-        ksp.matSolve(right, left)
+        try:
+            ksp.matSolve(right, left)
+        except PETSc.Error as error:
+            raise ConvergenceError(
+                f"linear equations cannot be solved, PETSc error {error.ierr}: numbers are too "
+                "large or too far apart: check lengths, units, material and loads"
+            ) from error
         solution[:, group] = left.getDenseArray(readonly=True)
         right.destroy()
         left.destroy()

@@ -20,12 +20,15 @@ import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 
-from fenics_nnm.errors import MeshError
+from fenics_nnm.errors import Code, MeshError, ModelError
 from fenics_nnm.fem.compat import coordinate_element
 from fenics_nnm.fem.loads import Loads, Pressure, Rotation
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.stress import Expr, stress_of_strain, thermal_stress
 from fenics_nnm.materials.material import Material
+
+#: Largest strain of warming.
+_LARGEST_STRAIN = 0.1
 
 _SIMPLICES = ("interval", "triangle", "tetrahedron")
 
@@ -77,10 +80,27 @@ def _thermal(solid: Solid, warming: float, u: fem.Function, v: Expr, level: fem.
     factor = level * fem.Constant(mesh, float(solid.body.extent * warming))
     F = ufl.Identity(solid.tagged.dim) + ufl.grad(u)
     change = ufl.sym(F.T * ufl.grad(v))
-    return _integral(
-        solid,
-        lambda material: factor * ufl.inner(thermal_stress(material, theory, mesh), change),
-    )
+
+    def integrand(material: Material) -> Expr:
+        _assert_small(warming, material)
+        return factor * ufl.inner(thermal_stress(material, theory, mesh), change)
+
+    return _integral(solid, integrand)
+
+
+def _assert_small(warming: float, material: Material) -> None:
+    """Refuse warming in K that strains a material more than a linear law holds for.
+
+    Raises:
+        ModelError: if it does.
+    """
+    strain = abs(warming) * max(map(abs, material.expansion or (0.0,)))
+    if strain > _LARGEST_STRAIN:
+        raise ModelError(
+            f"the change of temperature, {warming:+g} K, strains the material by {strain:.3g}: "
+            f"must be {_LARGEST_STRAIN:g} at most",
+            code=Code.EXPANSION,
+        )
 
 
 def _centrifugal(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from petsc4py import PETSc
 
@@ -52,8 +54,9 @@ class DirectModalSolver(HeldTogether):
         self._factorise()
 
     def release(self) -> None:
-        """Free the factorisation."""
-        self._eps.destroy()
+        """Free the factorisation, or what an eigensolver that failed lets free."""
+        with suppress(PETSc.Error):
+            self._eps.destroy()
 
     def modes(self, count: int) -> LinearModes:
         """The `count` lowest modes, with a check that none was missed.
@@ -72,7 +75,10 @@ class DirectModalSolver(HeldTogether):
         try:
             self._eps.solve()
         except PETSc.Error as error:
-            raise ConvergenceError(f"eigensolver: PETSc error {error.ierr}") from error
+            raise ConvergenceError(
+                f"eigensolver: PETSc error {error.ierr}: stiffness and mass may be too far apart "
+                "to compute with: check lengths, units and material"
+            ) from error
         found = self._eps.getConverged()
         if found < min(count + 1, self.free):
             raise ConvergenceError(f"eigensolver: {found} of {count} modes converged")

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from petsc4py import PETSc
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutOfMemoryError
 from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
@@ -63,8 +64,8 @@ def loaded(solid: Solid, loads: Loads, memory: float | None = None) -> Solid:
     """
     if solid.system.keys:
         raise ModelError(
-            f"{solid.system.keys[0]}: constraints do not go with steady loads, under which a body "
-            "turns too far for them",
+            f"{solid.system.keys[0]}: constraints hold for small rotations, and under steady loads "
+            "a body turns too far for them",
             code=Code.STEADY_LOADS,
         )
     with _Newton(solid, loads, memory) as newton:
@@ -131,7 +132,7 @@ class _Newton(HeldTogether):
         for _ in range(_MOST_STEPS):
             if anew:
                 self._renew()
-            change = solved(self._ksp, -residual.value()[:, None])[:, 0]
+            change = self._step()
             moved = residual.norm(change)
             first = first or moved
             if not np.isfinite(moved) or moved > _DIVERGING * first:
@@ -149,6 +150,17 @@ class _Newton(HeldTogether):
             raise _Refused("the body snaps through")
         if self._negative:
             raise _Refused("the body buckles")
+
+    def _step(self) -> Array:
+        """Newton's next change of the displacement in m, shape (n_owned,).
+
+        Raises:
+            _Refused: if there is none.
+        """
+        try:
+            return solved(self._ksp, -self._residual.value()[:, None])[:, 0]
+        except ConvergenceError as error:
+            raise _Refused("Newton's method diverges") from error
 
     def _renew(self) -> None:
         """Factorise the tangent stiffness at the present displacement.

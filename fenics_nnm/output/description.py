@@ -15,6 +15,13 @@ from fenics_nnm.study import Study
 #: Most internal resonances that are listed; the others have higher harmonics.
 _MOST_LISTED = 20
 
+#: When what ends the linear motion happens, by its name.
+_WHEN = {
+    "lift-off": "when it lifts off",
+    "first contact": "when it touches",
+    "nearest approach": "when it comes nearest, without touching",
+}
+
 
 def describe(prepared: Prepared) -> str:
     """Structure, contact and linear modes of a study as text; the same on all ranks."""
@@ -110,7 +117,7 @@ def _first_event(rest: RestState, mode: int) -> tuple[str, str]:
     if not rest.is_linear(mode):
         return "gamma ratio 1", "with the reference displacement, the points that touch taken open"
     event = rest.at_one(mode)
-    return event, {"lift-off": "when it lifts off", "first contact": "when it touches"}[event]
+    return event, _WHEN[event]
 
 
 def _resonances(prepared: Prepared) -> list[str]:

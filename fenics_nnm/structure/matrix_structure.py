@@ -10,7 +10,7 @@ from mpi4py import MPI
 from scipy import sparse
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import Code, ModelError
+from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.reduction.attached import AttachedPoints
@@ -234,9 +234,8 @@ def gap_at_speed(study: MatrixStudy) -> Any:
     gap, added = np.array(study.contact.gap), speed**2 * np.array(growth)
     if gap.ndim and added.ndim and gap.shape != added.shape:
         raise ModelError(
-            f"gap growth has {added.size} values: must be one number, or one for each of the "
-            f"{gap.size} gaps",
-            code=Code.GAP,
+            f"contact.gap_growth has {added.size} values: must be one number, or one for each of "
+            f"the {gap.size} gaps"
         )
     return gap + added
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, Tag, model_validator
 
-from fenics_nnm.study.record import Count, FromList, Length, Names, Positive, Record
+from fenics_nnm.study.record import Count, FromList, Length, Names, OneOrTwo, Positive, Record
 from fenics_nnm.study.tagged import by_key
 
 _THEORIES = "rod in 1-D, plane-stress or plane-strain in 2-D, solid in 3-D"
@@ -15,7 +15,7 @@ _THEORIES = "rod in 1-D, plane-stress or plane-strain in 2-D, solid in 3-D"
 class _Body(Record):
     """What every body has."""
 
-    degree: Literal[1, 2] = Field(2, description="polynomial degree of the displacement")
+    degree: OneOrTwo = Field(2, description="polynomial degree of the displacement")
     kinematics: Literal["linear", "second-order", "auto"] | None = Field(
         None,
         description='"second-order": large deflection; "linear": small deflection, and what second '

@@ -6,9 +6,13 @@ keys, so that the line that a user reads names what to change in the study file.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from fenics_nnm.errors import Code, NonlinearModeError
+
+#: The beginning of a word that is too long to be read, and the rest of it.
+_LONG_WORD = re.compile(r"(\S{80})\S{220,}")
 
 _MASSLESS = ("the massless reduction", 'reduction.method = "massless"')
 _DIRECT = ("the direct solver", 'solver.linear "direct"')
@@ -27,7 +31,11 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.DEGREE: (("degree = ", "body.degree = "), _DIRECT),
     Code.DEGREE_WITHOUT_MEMORY: (("degree = ", "body.degree = "),),
     Code.ELEMENT_SIZE: (("element size = ", "mesh.element_size = "),),
-    Code.EXPANSION: (("no thermal expansion is", "material.expansion: is missing, and none is"),),
+    Code.EXPANSION: (
+        ("no thermal expansion is", "material.expansion: is missing, and none is"),
+        ("the change of temperature", "load.temperature: the change of temperature"),
+        ("strains the material by", "times material.expansion is a strain of"),
+    ),
     Code.FULL_ORDER_GAP: (("gap = ", "contact.gap = "), _MASSLESS),
     Code.GAP: (("gap ", "contact.gap "),),
     Code.GAP_WITH_FORCES: (("gap = ", "contact.gap = "),),
@@ -82,7 +90,12 @@ def in_keys(error: NonlinearModeError) -> str:
 def one_line(error: BaseException) -> str:
     """What is said of an error, of whatever kind, in one line with its notes."""
     message = "; ".join([_message(error), *getattr(error, "__notes__", ())])
-    return " ".join(message.split())
+    return _without_long_words(" ".join(message.split()))
+
+
+def _without_long_words(line: str) -> str:
+    """A line whose words that no one would read to the end are cut."""
+    return _LONG_WORD.sub(r"\1...", line)
 
 
 def _message(error: BaseException) -> str:

@@ -22,6 +22,9 @@ from fenics_nnm.study.record import (
 ThreeFinite = Annotated[tuple[Finite, Finite, Finite], FromList]
 ThreeCoordinates = Annotated[tuple[Coordinate, Coordinate, Coordinate], FromList]
 
+#: Solids have temperatures below this one in K.
+Temperature = Annotated[Positive, Field(le=1e4)]
+
 #: Temperature in K at which bodies are free of stress if the study does not say so.
 _ROOM = 293.15
 
@@ -94,8 +97,8 @@ class SteadyForceSection(Record):
 class LoadSection(Record):
     """Steady loads besides rotation."""
 
-    temperature: Positive | None = Field(None, description="temperature of the body in K")
-    reference_temperature: Positive = Field(
+    temperature: Temperature | None = Field(None, description="temperature of the body in K")
+    reference_temperature: Temperature = Field(
         _ROOM, description="temperature in K at which the body is free of stress"
     )
     pressure: Annotated[tuple[PressureSection, ...], FromList] = Field(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
 from fenics_nnm.geometry.lengths import LengthUnit
 from fenics_nnm.geometry.parameters import Length
-from fenics_nnm.study.record import Count, FromList, Names, Positive, Record
+from fenics_nnm.study.record import Count, FromList, Names, OneOrTwo, Positive, Record
 
 #: Endings of files with a geometry, which is meshed here.
 CAD_ENDINGS = (".step", ".stp", ".iges", ".igs", ".brep", ".geo")
@@ -74,7 +74,7 @@ class CadFile(_File):
     element_size: Length | None = Field(
         None, description="largest edge length of the elements, in length_unit"
     )
-    order: Literal[1, 2] = Field(1, description="1: straight elements, 2: curved ones")
+    order: OneOrTwo = Field(1, description="1: straight elements, 2: curved ones")
     curvature: Count | None = Field(
         None, description="number of elements on a full turn of a curved face"
     )

@@ -15,6 +15,9 @@ from fenics_nnm.study.tagged import is_tag, key_of, records
 #: Where the description of a key says that it is a length.
 _IN_METRES = re.compile(r"\bin m\b(?![\^/])")
 
+#: Whole numbers that are read better in another way.
+_MANY_DIGITS = re.compile(r"\d{16,}")
+
 #: Characters of a value that a message shows.
 _LONGEST = 80
 
@@ -23,14 +26,17 @@ _FIRST = {"extra_forbidden": 0, WRONG_LENGTH: 1}
 
 #: What pydantic says of programs, said of study files.
 _WORDS = {
+    "int_parsing_size": "is too large",
     "int_type": "must be an integer",
     "missing": "has too few items",
     "model_attributes_type": "must be a section with keys",
     "model_type": "must be a section with keys",
     "path_type": "must be a name in quotes",
+    "string_too_short": "must not be empty",
     "too_long": "has too many items",
     "too_short": "has too few items",
     "tuple_type": "must be a list",
+    "union_tag_not_found": "must be a section with keys",
 }
 
 
@@ -91,8 +97,13 @@ def _listed(words: list[str]) -> str:
 
 
 def _plain_message(error: Any) -> str:
-    message = _WORDS.get(error["type"], error["msg"])
+    message = _WORDS.get(error["type"]) or _with_short_number(error)
     return message.replace("Input should be", "must be").replace(" valid", "")
+
+
+def _with_short_number(error: Any) -> str:
+    """What pydantic says, with a bound such as 1e+30 not in thirty digits."""
+    return _MANY_DIGITS.sub(lambda digits: f"{float(digits[0]):g}", str(error["msg"]))
 
 
 def _places(place: tuple[Any, ...], values: Any) -> tuple[str | int, ...]:

@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.geometry.lengths import InMetres
 
 #: Numbers beyond these, in SI units, are misprints, and their squares cannot be computed with.
-LARGEST, MOST = 1e30, 1_000_000
+LARGEST, SMALLEST, MOST = 1e30, 1e-30, 1_000_000
 
-Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
+
+def _not_tiny(value: float) -> float:
+    """A positive number whose square can be computed with."""
+    if value < SMALLEST:
+        raise PydanticCustomError("too_small", f"must be {SMALLEST:g} or more")
+    return value
+
+
+def _no_word(value: Any) -> Any:
+    """A value that true and false do not pass for 1 and 0 in."""
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False), AfterValidator(_not_tiny)]
+OneOrTwo = Annotated[Literal[1, 2], BeforeValidator(_no_word)]
 Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 Count = Annotated[int, Field(gt=0, le=MOST)]
 Auto = Literal["auto"]

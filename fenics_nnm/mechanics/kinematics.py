@@ -48,8 +48,11 @@ class Kinematics(Protocol):
     def tensors(self) -> Mapping[str, Array]:
         """What defines it besides its masters, by name; nothing for linear kinematics."""
 
-    def curvature(self, Phi: Array) -> Array:
-        """Second derivatives of the closing along each mode, shape of Phi (n_c, J)."""
+    def curvature(self, model: ModalShapes) -> Array:
+        """Second derivatives of the closing along each mode, others following, shape (n_c, J)."""
+
+    def following(self, model: ModalShapes) -> Array:
+        """Second derivatives of all coordinates (rows) along each mode, statically, (J, J)."""
 
     def assert_fits(self, model: ModalShapes) -> None:
         """Refuse a model of other sizes.
@@ -99,9 +102,13 @@ class LinearKinematics:
         """None."""
         return {}
 
-    def curvature(self, Phi: Array) -> Array:
+    def curvature(self, model: ModalShapes) -> Array:
         """None."""
-        return np.zeros_like(Phi)
+        return np.zeros_like(model.Phi)
+
+    def following(self, model: ModalShapes) -> Array:
+        """None."""
+        return np.zeros((len(model.omega), len(model.omega)))
 
     def assert_fits(self, model: ModalShapes) -> None:
         """It fits every model."""

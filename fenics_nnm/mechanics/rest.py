@@ -192,7 +192,7 @@ def rest_state(model: FlexiblePoints) -> RestState:
             gradient=-model.Phi,
             pull=np.zeros((points, modes)),
             motion=model.Phi,
-            curvature=model.kinematics.curvature(model.Phi),
+            curvature=model.kinematics.curvature(model),
             reference=model.reference,
         )
     if not model.massless:
@@ -244,7 +244,7 @@ def _pressed(model: FlexiblePoints) -> RestState:
         gradient=gradient,
         pull=pull,
         motion=model.Phi @ shapes,
-        curvature=model.kinematics.curvature(model.Phi),
+        curvature=model.kinematics.curvature(model),
         reference=model.reference,
     )
 

@@ -114,11 +114,18 @@ class SecondOrder:
         """Tensors by name."""
         return {name: getattr(self, name) for name in _TENSORS}
 
-    def curvature(self, Phi: Array) -> Array:
-        """Theta_cjj of masters j, else nothing, shape of Phi (n_c, J)."""
-        curvature = np.zeros_like(Phi)
-        curvature[:, self.masters] = np.einsum("cjj->cj", self.Theta)
+    def curvature(self, model: ModalShapes) -> Array:
+        """Theta_cjj of masters j with what the other modes add, else nothing, shape (n_c, J)."""
+        curvature = np.array(model.Phi @ self.following(model))
+        curvature[:, self.masters] += np.einsum("cjj->cj", self.Theta)
         return curvature
+
+    def following(self, model: ModalShapes) -> Array:
+        """-2 alpha_ajj / omega_a^2 of modes a that are no masters, along masters j, (J, J)."""
+        moved = np.zeros((len(model.omega), len(model.omega)))
+        moved[:, self.masters] = -2 * np.einsum("ajj->aj", self.alpha) / model.omega[:, None] ** 2
+        moved[self.masters] = 0.0
+        return moved
 
     def assert_fits(self, model: ModalShapes) -> None:
         """Theta must have a matrix for each contact point, alpha one for each mode.

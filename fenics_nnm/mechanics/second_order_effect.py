@@ -95,7 +95,7 @@ def effect_of(model: ReducedModel, mode: int, largest_ratio: float) -> Effect:
     rest = model.linearised.at_rest()
     amplitude, point = rest.amplitude(mode), rest.first(mode)
     ratio = max(1.0, largest_ratio)
-    bend = float(model.kinematics.curvature(model.Phi)[point, mode])
+    bend = float(model.kinematics.curvature(model)[point, mode])
     at_grazing = bend * amplitude**2 / (2 * float(model.gap[point]))
     change = frequency_change(model, mode, amplitude * float(np.sqrt(ratio)))
     return Effect(ratio, at_grazing, at_grazing * ratio, change)

@@ -98,8 +98,10 @@ def _curvature(sites: ContactSites, reduction: Reduction, mode: int) -> Array:
         return np.zeros(len(sites.gap))
     pair = Pairs.of(len(masters)).place[own, own]
     every = tuple(np.arange(len(part.gap)) for part in sites.parts)
-    obstacle = obstacle_closing(sites, sites, every, reduction.shapes[:, [mode]])
-    return np.asarray(sites.displacement(reduction.bent_shapes[:, pair])[:, 0] + obstacle[:, 0, 0])
+    shapes, following = reduction.shapes, reduction.model.kinematics.following(reduction.model)
+    obstacle = obstacle_closing(sites, sites, every, shapes[:, [mode]])
+    bent = reduction.bent_shapes[:, pair] + shapes @ following[:, [mode]]
+    return np.asarray(sites.displacement(bent)[:, 0] + obstacle[:, 0, 0])
 
 
 def _improved(choices: Choices, sites: ContactSites, approach: Approach) -> Choices:

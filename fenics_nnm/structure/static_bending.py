@@ -106,9 +106,8 @@ class BentModel:
 
     def closing(self, coordinate: float) -> Array:
         """Closing of each contact point with second-order kinematics, m, shape (n_c,)."""
-        q, phi = self._coordinates(coordinate), self.model.Phi
-        bend = self.model.kinematics.curvature(phi)[:, self._master]
-        return np.asarray(phi @ q + bend * coordinate**2 / 2)
+        bend = self.model.kinematics.curvature(self.model)[:, self._master]
+        return self.linear_closing(coordinate) + bend * coordinate**2 / 2
 
     def load(self, coordinate: float) -> float:
         """Force on the master that holds it there, kg^1/2 m/s^2."""

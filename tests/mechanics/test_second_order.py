@@ -147,7 +147,7 @@ def test_virial_identity_in_contact_with_all_terms() -> None:
     )
     q = np.zeros(equations.shape)
     q[1, 0] = 1.0
-    found = solve(equations, FixedEnergy(0.25 * 1.3), Unknowns.of(q, 1.0))
+    found = solve(equations, FixedEnergy(0.25 * 1.5), Unknowns.of(q, 1.0))
     assert found.converged and found.forces.force.any()
     energies = found.energies
     assert abs(energies.other_virial) > 0.1 * energies.stiffness

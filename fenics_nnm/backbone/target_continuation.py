@@ -185,9 +185,10 @@ class _Search:
             if below <= target <= above:
                 return low, high
         name, failures = self.wanted.name, self.stepping.failures
-        where = f"{name} {passed[-1][1]:.6g} is the largest" if passed else f"no {name}"
+        where = f"{name} {passed[-1][1]:.6g} is the largest" if passed else f"there is no {name}"
+        tried = f"gamma ratio {passed[-1][0]:.6g}" if passed else "its beginning"
         why = f": {failures[max(failures)]}" if failures else ""
-        raise ConvergenceError(f"{where} that the branch comes to{why}")
+        raise ConvergenceError(f"{where} that the branch comes to, at {tried}{why}")
 
     def _solved(self, ratio: float) -> CascadeSolution:
         """The motion of a gamma ratio.

@@ -145,8 +145,8 @@ class _Search:
         self.stepping.run(_FIRST, lambda _: None)
         if len(self._passed()) < 2:
             return
-        low = min(_FIRST[0], self._expected(self.wanted.targets[0]) / _RAISE)
-        start, high = low, _FIRST[-1]
+        self._begin_below(self.wanted.targets[0])
+        start = high = _FIRST[-1]
         for _ in range(_ROUNDS):
             ratios, values = zip(*self._passed(), strict=True)
             if values[-1] >= self.wanted.stop or ratios[-1] < high or high >= _LARGEST:
@@ -155,6 +155,14 @@ class _Search:
             high = min(high, _LARGEST)
             self.stepping.run(self._steps(start, high), lambda _: None)
             start = high
+
+    def _begin_below(self, target: float) -> None:
+        """Have a point below a value."""
+        for _ in range(_ROUNDS):
+            lowest, value = self._passed()[0]
+            if value <= target:
+                return
+            self.stepping.run([min(lowest, self._expected(target)) / _RAISE], lambda _: None)
 
     def at(self, target: float) -> BranchPoint:
         """The point at a value.
@@ -218,7 +226,8 @@ class _Search:
 
     def _expected(self, target: float) -> float:
         """Gamma ratio of a value, by the power that the last two points lie on."""
-        (g, v), (above, w) = self._passed()[-2:]
+        passed = self._passed()
+        (g, v), (above, w) = passed[:2] if target < passed[0][1] else passed[-2:]
         power = np.log(w / v) / np.log(above / g)
         if not power > 0:
             return above

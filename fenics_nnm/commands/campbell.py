@@ -64,6 +64,9 @@ def add_to(commands: Commands) -> None:
         metavar="DIR",
         help="folder of the results (default: results/STUDY-campbell)",
     )
+    campbell.add_argument(
+        "--resume", action="store_true", help="take over nonlinear motions of speeds that are done"
+    )
     add_settings(campbell)
     add_study(campbell)
     campbell.set_defaults(action=_campbell)
@@ -74,6 +77,7 @@ def _campbell(arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.campbell_report import write_campbell
+    from fenics_nnm.running.campbell_journal import CampbellJournal
     from fenics_nnm.running.nonlinear_lines import NonlinearLines, assert_has_lines
     from fenics_nnm.structure.campbell import campbell_lines
 
@@ -86,7 +90,8 @@ def _campbell(arguments: argparse.Namespace) -> int:
     if targets:
         assert_has_lines(study, arguments.modes)
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-campbell"
-    motions = NonlinearLines(targets, comm)
+    journal = on_root(comm, CampbellJournal.begun, folder, resume=arguments.resume)
+    motions = NonlinearLines(targets, comm, journal)
     with terminable(), stages_of(console, arguments) as stages:
         points = campbell_lines(study, speeds, arguments.modes, comm, stages, motions)
         title, turns = study.title, arguments.rpm

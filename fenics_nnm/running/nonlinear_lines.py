@@ -15,6 +15,7 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
 from fenics_nnm.resolution.auto import choice
+from fenics_nnm.running.campbell_journal import CampbellJournal, Done, key_of
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
 from fenics_nnm.structure.motions import assert_without_coriolis
@@ -55,10 +56,12 @@ class NonlinearLines:
     Attributes:
         targets: Energies and amplitudes.
         comm: Communicator of the mesh.
+        journal: Keeps the speeds that are done.
     """
 
     targets: tuple[Target, ...]
     comm: MPI.Comm
+    journal: CampbellJournal
     _resolution: Resolution | None = field(default=None)
 
     def __call__(self, study: Study, analyse: Analyse) -> tuple[MotionAtSpeed, ...]:
@@ -68,12 +71,18 @@ class NonlinearLines:
         """
         if not self.targets:
             return ()
-        try:
-            chosen = choice(study, self.comm, found=self._resolution, analyse=analyse)
-            self._resolution = chosen.study.resolution
-            return self._followed(chosen.prepared)
-        except (ConvergenceError, ModelError) as error:
-            return tuple(MotionAtSpeed(each, FAILED, one_line(error)) for each in self.targets)
+        found = self._resolution if study.automatic else None
+        key = on_root(self.comm, key_of, study, self.targets, found)
+        done = on_root(self.comm, self.journal.known.get, key)
+        if done is None:
+            try:
+                chosen = choice(study, self.comm, found=self._resolution, analyse=analyse)
+                done = Done(self._followed(chosen.prepared), chosen.study.resolution)
+            except (ConvergenceError, ModelError) as error:
+                return tuple(MotionAtSpeed(each, FAILED, one_line(error)) for each in self.targets)
+            on_root(self.comm, self.journal.add, key, done)
+        self._resolution = done.resolution
+        return done.motions
 
     def _followed(self, prepared: Prepared) -> tuple[MotionAtSpeed, ...]:
         basis = prepared.linear.displacement_basis()

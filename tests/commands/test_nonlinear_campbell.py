@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 from fenics_nnm.commands.campbell_targets import targets_of
 from fenics_nnm.errors import StudyError
+from fenics_nnm.resolution.auto import choice
 from fenics_nnm.structure.analysis import linear_analysis, nonlinear_mode
 from fenics_nnm.study import read_study
 
@@ -115,6 +116,30 @@ def test_line_of_a_body_is_its_run_at_that_speed(study_file: StudyFile, command:
     omega, mass = 2 * np.pi * float(linear["frequency_Hz"]), 7.02
     amplitude = np.sqrt(4 * point.motion.energy / mass) / omega
     assert float(at_rest["amplitude_m"]) == pytest.approx(amplitude, rel=0.02)  # four elements
+
+
+def test_speeds_that_are_done_are_taken_over(
+    mass: Path, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two of three speeds are there, one with a line cut off behind it; another gap is new."""
+    arguments = ("campbell", mass, "--modes", 1, "--energies", 0.2, "--output", "out")
+    assert command(*arguments, "--speeds", "0:0.1:0.1").code == 0
+    before = rows("out/campbell.csv")
+    with Path("out/motions.jsonl").open("a") as file:
+        file.write('{"key": "cut')
+    solved: list[float] = []
+
+    def counted(study: Any, *given: Any, **named: Any) -> Any:
+        solved.append(study.speed)
+        return choice(study, *given, **named)
+
+    monkeypatch.setattr("fenics_nnm.running.nonlinear_lines.choice", counted)
+    assert command(*arguments, "--speeds", "0:0.2:0.1", "--resume").code == 0
+    assert solved == [pytest.approx(0.2)]
+    assert rows("out/campbell.csv")[:4] == before
+    gap = ("--set", "contact.gap=0.9")
+    assert command(*arguments, "--speeds", "0:0.1:0.1", "--resume", *gap).code == 0
+    assert len(solved) == 3
 
 
 def test_motions_that_fail_are_rows(tmp_path: Path, command: Command) -> None:

@@ -86,11 +86,8 @@ def _arrays() -> bytes:
     rows[0, 2, 2] = 0.1
     text = io.BytesIO()
     stiffness = 1e5 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
-    np.savez(
-        text,
-        **{"K": stiffness, "M": np.eye(n), "B": np.eye(n)[2:], "S": np.eye(n)},
-        **{"K2": third, "K3": fourth, "B2": rows},
-    )
+    arrays: dict[str, Any] = {"K": stiffness, "M": np.eye(n), "B": np.eye(n)[2:], "S": np.eye(n)}
+    np.savez(text, **arrays, K2=third, K3=fourth, B2=rows)
     return text.getvalue()
 
 

@@ -185,8 +185,9 @@ class _Newton(HeldTogether):
 
 
 def _failure(reached: float, why: _Refused) -> ConvergenceError:
+    held = "" if reached else ", or held in more directions"
     return ConvergenceError(
         f"static state: {reached:.1%} of the steady loads can be applied: beyond that {why}: they "
-        "must be less, or the body stiffer",
+        f"must be less, or the body stiffer{held}",
         code=Code.STEADY_LOADS,
     )

@@ -162,13 +162,13 @@ def _varied(
 
 def _numbers(source: str, study: Study) -> list[int]:
     """Numbers to try, ascending, all that the others allow."""
-    around = study.resolution
+    around, least = study.resolution, study.samples_a_harmonic
     middle = getattr(around, source)
     numbers = sorted({max(1, round(middle * factor)) for factor in _FACTORS[source]})
     if source == "harmonics":
-        return [number for number in numbers if 2 * number < around.samples]
+        return [number for number in numbers if least * number < around.samples]
     if source == "samples":
-        return [number for number in numbers if number > 2 * around.harmonics]
+        return [number for number in numbers if number > least * around.harmonics]
     return [number for number in numbers if number >= study.mode.number]
 
 

@@ -38,7 +38,8 @@ def least(study: Study) -> Resolution:
     fewest = {"modes": max(_LEAST.modes, study.mode.number)}
     begin = replace(_LEAST, **{**fewest, **kept})
     if "harmonics" in study.automatic:
-        begin = replace(begin, harmonics=min(begin.harmonics, (begin.samples - 1) // 2))
+        most = (begin.samples - 1) // study.samples_a_harmonic
+        begin = replace(begin, harmonics=min(begin.harmonics, most))
     return _with_samples(study, begin)
 
 
@@ -100,7 +101,7 @@ class Finer:
         now, most = getattr(at, source), getattr(MOST, source)
         if source == "harmonics":
             if "samples" not in self.study.automatic:
-                most = min(most, (at.samples - 1) // 2)
+                most = min(most, (at.samples - 1) // self.study.samples_a_harmonic)
             if self._stagnates(at.harmonics, harmonics_error):
                 return "more of them do not lower the error: internal resonances"
         if 1.2 * now > most:

@@ -22,6 +22,7 @@ from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.running.auto_report import summary_of
 from fenics_nnm.structure.first_contact import FirstContact
+from fenics_nnm.structure.kinematics_lines import kinematics_words
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.time_domain.bifurcations import Bifurcation
 
@@ -65,6 +66,7 @@ def run_summary(
         "harmonics": study.resolution.harmonics,
         "samples": study.resolution.samples,
         "linear_frequencies_Hz": [float(f) for f in prepared.linear_frequencies],
+        **({"kinematics": words} if (words := kinematics_words(linear.reduction)) else {}),
         **_at_rest(rest, first),
         "no_mode_missed_below_Hz": linear.modes.checked_below / (2 * np.pi) or None,
         "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,

@@ -113,7 +113,7 @@ def _unbent(reduction: Reduction, kind: str) -> Reduction:
     Raises:
         ModelError: if others are asked for.
     """
-    reason = "they need the massless reduction and gaps that are positive"
+    reason = "second order needs the massless reduction and gaps that are positive"
     if kind == "second-order":
         raise ModelError(f'body.kinematics = "second-order": {reason}')
     choice = KinematicsChoice(False, f"what second order changes is not known: {reason}")

@@ -207,14 +207,16 @@ class _AnyStudy(Record):
         return self
 
 
-def assert_kept(key: str, masters: tuple[int, ...] | None, modes: int | str) -> None:
-    """Refuse masters that are not among the modes.
+def assert_kept(key: str, masters: tuple[int, ...] | None, modes: int | str, own: int) -> None:
+    """Refuse masters that are not among the modes, or that the followed one is not among.
 
     Raises:
         ValueError: if there are some.
     """
     if masters and modes != "auto" and masters[-1] > int(modes):
         raise ValueError(f"{key} = {list(masters)}: must not be above reduction.modes = {modes}")
+    if masters and own not in masters:
+        raise ValueError(f"{key} = {list(masters)}: must have mode.number = {own} among them")
 
 
 class _SprungStudy(_AnyStudy):
@@ -229,6 +231,11 @@ class _SprungStudy(_AnyStudy):
     def cubic(self) -> bool:
         """Whether there are springs with a cubic stiffness."""
         return False
+
+    @property
+    def samples_a_harmonic(self) -> int:
+        """What the number of samples over that of harmonics must be above: 4 with polynomials."""
+        return 4 if self.bends or self.cubic else 2
 
     @property
     def rotates(self) -> bool:
@@ -317,7 +324,7 @@ class MeshStudy(_SprungStudy):
 
     @model_validator(mode="after")
     def _masters_are_kept(self) -> MeshStudy:
-        assert_kept("body.masters", self.body.masters, self.reduction.modes)
+        assert_kept("body.masters", self.body.masters, self.reduction.modes, self.mode.number)
         return self
 
     @property
@@ -466,7 +473,9 @@ class MatrixStudy(_SprungStudy):
 
     @model_validator(mode="after")
     def _masters_are_kept(self) -> MatrixStudy:
-        assert_kept("matrices.masters", self.matrices.masters, self.reduction.modes)
+        assert_kept(
+            "matrices.masters", self.matrices.masters, self.reduction.modes, self.mode.number
+        )
         return self
 
 

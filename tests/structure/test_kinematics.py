@@ -75,6 +75,7 @@ def test_masters_are_those_of_the_study_and_what_makes_no_sense_is_refused() -> 
     for changes, message in (
         ({"body": {"masters": [1]}}, "masters: has no effect"),
         ({"body": {"kinematics": "auto", "masters": [3]}}, "must not be above reduction.modes"),
+        ({"body": {"kinematics": "auto", "masters": [2]}}, "must have mode.number = 1 among them"),
         ({"body": {"kinematics": "auto"}, "mode": {"harmonics": 16}}, "must be above 4"),
         (
             {"body": {"kinematics": "auto"}, "reduction": {"method": "craig-bampton"}},

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import BEAM, PLATE, ROD, Ended, changed
+from loaded_studies import CASED, FILES, LOADED, RIGID
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.study import MeshStudy, study_from
@@ -44,6 +45,7 @@ CASING = {"shape": "cylinder", "axis": "z", "radius": 2.0, "growth": 1e-4}
         ({"load": {}}, r"load.must have temperature, \[\[load.pressure\]\] or"),
         ({"load": {"reference_temperature": 300.0}}, "has no effect without temperature"),
         ({"load": {"temperature": 293.15}}, "is reference_temperature, so has no effect"),
+        ({"load": {"temperature": 1e30}}, r"load.temperature = 1e\+30: must be less than or equal"),
         ({"load": {"pressure": [{"facets": "right", "pressure": 0.0}]}}, "must not be zero"),
         ({"load": {"force": [{"force": [1.0]}]}}, "at, facets: must have one of the two"),
         ({"contact": {"gap": None, "casing": CASING, "direction": [1.0]}}, "growth = 0.0001: is"),
@@ -63,6 +65,12 @@ def test_what_makes_no_sense_is_refused(changes: dict[str, Any], words: str) -> 
         (PLATE, {"rotation": {"axis": [1.0, 0.0, 1.0], "speed": 1.0}}, "leaves the 2 dimensions"),
         (ROD, {"rotation": {**SPIN, "origin": [1.0, 0.0, 0.0]}}, "rotation.axis: runs through"),
         (ROD, {"load": {"temperature": 300.0}}, "material.expansion: is missing"),
+        (
+            ROD,
+            {"load": {"temperature": 300.0}, "material": {"expansion": -1.0}},
+            "load.temperature: the change of temperature, +6.85 K, times material.expansion is a "
+            "strain of 6.85: must be 0.1 at most",
+        ),
         (ROD, {"load": {"force": [{"facets": "left", "force": [1.0]}]}}, "on what is clamped"),
         (
             PLATE,
@@ -84,6 +92,51 @@ def test_what_does_not_go_with_the_body_is_refused(
     command: Command,
 ) -> None:
     command("check", study_file(base, **changes)).assert_one_line(2, words)
+
+
+def test_a_body_that_is_held_too_little_is_told_so(study_file: StudyFile, command: Command) -> None:
+    ended = command("check", study_file(PLATE, clamp={"directions": ["x"]}, rotation=SPIN))
+    ended.assert_one_line(1, "0.0% of the steady loads", "or held in more directions")
+
+
+@pytest.mark.parametrize(
+    ("base", "changes", "words"),
+    [
+        (LOADED, {"rotation": {"speed": 2.0**63}}, "0.0% of the steady loads"),
+        (RIGID, {"rigid": [{**RIGID["rigid"][0], "mass": 2.0**63}]}, "check lengths, units"),
+    ],
+)
+def test_numbers_that_solvers_fail_with(
+    base: dict[str, Any],
+    changes: dict[str, Any],
+    words: str,
+    study_file: StudyFile,
+    command: Command,
+) -> None:
+    study = study_file(base, **changes)
+    (study.parent / "m.inp").write_bytes(FILES["m.inp"])
+    command("check", study).assert_one_line(1, words)
+
+
+def test_a_mode_that_never_touches_is_described(study_file: StudyFile, command: Command) -> None:
+    """Radial gaps of 15 mm that bending opens: second order has a nearest approach alone."""
+    ended = command("check", study_file(CASED))
+    assert ended.code == 0, ended.err
+    assert "\nnearest approach at " in ended.out
+    assert "when it comes nearest, without touching" in ended.out
+
+
+def test_columns_of_modes_at_rest_end_where_those_of_the_body_do(
+    study_file: StudyFile, command: Command
+) -> None:
+    """Craig-Bampton models have more modes than the body is asked for."""
+    held = {"method": "craig-bampton", "modes": 2}
+    ended = command("check", study_file(PLATE, rotation=SPIN, reduction=held))
+    assert ended.code == 0, ended.err
+    (head,) = (line for line in ended.out.splitlines() if "unloaded (Hz)" in line)
+    rows = ended.out.split(head)[1].split("\n\n")[0].strip().splitlines()
+    assert [len(row.split()) for row in rows[:2]] == [5, 5]
+    assert len(rows) > 2 and all(len(row.split()) == 3 for row in rows[2:])
 
 
 def test_loads_that_cannot_be_applied_end_with_the_part_that_can(

@@ -118,7 +118,13 @@ def _structure(results: Results) -> str:
     )
     loaded = " It moves about its static state under steady loads." if _loaded(study) else ""
     body = _THEORIES.get(theory, "a body")
-    return f"The structure is {body}, {source}{dofs}, linear elastic.{loaded}"
+    return f"The structure is {body}, {source}{dofs}, linear elastic.{loaded}{_kinematics(sizes)}"
+
+
+def _kinematics(summary: Mapping[str, Any]) -> str:
+    """Which kinematics the branch is of and why, where the study says something of them."""
+    found = summary.get("kinematics")
+    return f" Kinematics: {found}." if found else ""
 
 
 def _loaded(study: Mapping[str, Any]) -> bool:

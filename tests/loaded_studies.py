@@ -124,5 +124,7 @@ CAMPBELL: tuple[tuple[str, str], ...] = (
     *(("--speeds", value) for value in ("0:1e-300:1e-300", "0:1e300:1", "-1:1:1", "0:1e6:5e5")),
     *(("--modes", value) for value in ("0", "-1", "1e3", "2147483648", "10000", "x", "")),
     *(("--orders", value) for value in ("", "0", "-1", "1,1", "1e3", "9" * 5000, "1,2;3", "²")),
+    *(("--energies", value) for value in ("0", "-1", "nan", "1e300", "1e-300", "x", "1,1", "1,,")),
+    *(("--amplitudes", value) for value in ("0", "-1 mm", "1 furlong", "1e300", "nan", "9" * 5000)),
     *(("--output", value) for value in ("", ".", "s.toml", "/proc/x", "a/" * 3000, "\u202e")),
 )

@@ -57,7 +57,8 @@ def _over_all_vertices(first: FirstContact) -> list[str]:
 def _table(prepared: Prepared, others: Frequencies) -> list[str]:
     """Frequencies of the modes, and how far they move the contact points."""
     rest = prepared.linear.model.at_rest()
-    motion = np.abs(rest.motion).max(axis=0)
+    own = len(prepared.linear_frequencies)  # retained contact points make more modes
+    motion = np.abs(rest.motion).max(axis=0)[:own]
     columns = {"frequency (Hz)": prepared.linear_frequencies}
     if len(others.unloaded):
         columns["unloaded (Hz)"] = others.unloaded
@@ -65,14 +66,9 @@ def _table(prepared: Prepared, others: Frequencies) -> list[str]:
         columns["with Coriolis (Hz)"] = others.gyroscopic
     lines = [f" mode   {'   '.join(columns)}   motion at contact (kg^-1/2)"]
     for number, reach in enumerate(motion):
-        values = (_cell(hertz, number, len(name)) for name, hertz in columns.items())
+        values = (f"{hertz[number]:{len(name)}.6g}" for name, hertz in columns.items())
         lines.append(f"{number + 1:5d}   {'   '.join(values)}   {reach:10.4g}")
     return lines + _coriolis(prepared, others)
-
-
-def _cell(values: Array, number: int, width: int) -> str:
-    """A value of a column, which may end before those of more modes do."""
-    return f"{values[number]:{width}.6g}" if number < len(values) else " " * width
 
 
 def _coriolis(prepared: Prepared, others: Frequencies) -> list[str]:

@@ -22,9 +22,13 @@ from web_page import Element, read_page
 
 from fenics_nnm.backbone.point import FAILED, Verdict
 from fenics_nnm.cli import main
+from fenics_nnm.errors import OutputError
+from fenics_nnm.output.campbell_report import write_campbell
 from fenics_nnm.output.gallery import Picture
+from fenics_nnm.output.html_report.campbell import campbell
 from fenics_nnm.output.html_report.words import aligned, length, plain, sentences, signed
 from fenics_nnm.output.pictures.results import read_results
+from fenics_nnm.structure.campbell import AtSpeed
 
 #: A title that would do harm as HTML, as a template, and in a caption.
 HOSTILE = "</title><script>alert('1')</script> & $title <img src=x onerror=alert(1)> &lt; 50 %"
@@ -260,6 +264,20 @@ def test_stopped_run_with_many_points(tmp_path: Path) -> None:
     assert len(data.splitlines()) == len(rows) + 1
     assert "the run was stopped before its end" in section(page, "overview").text
     assert "Linear modes: the run was stopped" in section(page, "absent").text
+
+
+def test_campbell_diagram_beside_the_results(tmp_path: Path) -> None:
+    assert campbell(tmp_path / "rod") == ()
+    beside = tmp_path / "rod-campbell"
+    at = [AtSpeed(speed, np.array([hertz]), 1e-3) for speed, hertz in ((0.0, 1.0), (10.0, 1.0))]
+    (met,) = write_campbell(beside, at, [1], title="Rod")
+    assert met.speed == pytest.approx(2 * np.pi, rel=1e-12)
+    (found,) = campbell(tmp_path / "rod")
+    drawn = "".join(found.content)
+    assert "data:image/svg+xml" in drawn and "<td" in drawn and "6.28319" in drawn
+    (beside / "crossings.csv").write_text("engine_order\n1\n")
+    with pytest.raises(OutputError, match=r"crossings\.csv: cannot be read"):
+        campbell(tmp_path / "rod")
 
 
 def test_preloaded_rod_says_what_is_closed_at_rest(tmp_path: Path) -> None:

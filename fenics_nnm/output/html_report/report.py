@@ -12,6 +12,7 @@ from fenics_nnm.backbone.point import VERIFIED, believable
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.gallery import make_pictures
 from fenics_nnm.output.html_report import contact, curve, origin, trust
+from fenics_nnm.output.html_report.campbell import campbell
 from fenics_nnm.output.html_report.elements import Html, bullets, element, facts, paragraph, text
 from fenics_nnm.output.html_report.figures import Gallery
 from fenics_nnm.output.html_report.page import Section, page
@@ -42,7 +43,7 @@ def write_report(folder: Path, file: Path) -> None:
         gallery = Gallery(drawn, make_pictures(folder, drawn, formats=("svg",)))
         points = Path(scratch) / "backbone.csv"
         write_backbone(points, results.points)
-        page = _page(results, gallery, points, _beside(folder, file))
+        page = _page(results, gallery, points, _beside(folder, file), campbell(folder))
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(page, "utf-8")
@@ -58,8 +59,10 @@ def _beside(folder: Path, file: Path) -> str:
     return quote(os.path.relpath(table.resolve(), file.parent.resolve()))
 
 
-def _page(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
-    """The text of the page."""
+def _page(
+    results: Results, gallery: Gallery, points: Path, beside: str, further: tuple[Section, ...]
+) -> str:
+    """The text of the page, with further sections."""
     return page(
         title=title_of(results),
         kicker=f"Nonlinear mode {results.header.mode} in unilateral contact",
@@ -78,6 +81,7 @@ def _page(results: Results, gallery: Gallery, points: Path, beside: str) -> str:
             curve.linear_frequencies(results),
             curve.resonances(results),
             curve.bifurcations(results),
+            *further,
             origin.study_file(results),
             origin.versions(results),
         ],

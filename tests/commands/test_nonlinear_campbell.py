@@ -97,6 +97,20 @@ def test_lines_of_a_mass_are_the_closed_form(mass: Path, command: Command) -> No
     assert "engine order 4 meets mode 1 of 2 J at 0.3" in ended.out
 
 
+def test_energies_far_below_contact_have_the_linear_frequency(mass: Path, command: Command) -> None:
+    ended = command(
+        *("campbell", mass, "--speeds", "0.2:0.3:0.1", "--modes", 1, "--energies", "1e-4"),
+        *("--output", "out"),
+    )
+    assert ended.code == 0, ended.err
+    found = rows("out/campbell.csv")
+    assert len(found) == 4
+    for linear, low in zip(found[::2], found[1::2], strict=True):
+        assert float(low["energy_J"]) == pytest.approx(1e-4, rel=1e-7)
+        hertz = float(linear["frequency_Hz"])
+        assert float(low["frequency_Hz"]) == pytest.approx(hertz, rel=1e-9)
+
+
 def test_line_of_a_body_is_its_run_at_that_speed(study_file: StudyFile, command: Command) -> None:
     """The same point by a run of the study at 100 rad/s; a rod grows towards its stop by that."""
     rotation = {"axis": "z", "speed": 100.0, "origin": [-0.5, 0.0, 0.0]}

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import PLATE, changed
+from conftest import PLATE, Ended, changed
 from mpi4py import MPI
 
 from fenics_nnm.backbone.point import CONVERGED, VERIFIED
 from fenics_nnm.errors import ModelError, StudyError
+from fenics_nnm.output.html_report.words import sentences
+from fenics_nnm.output.pictures.results import read_results
 from fenics_nnm.structure.analysis import linear_analysis, prepared
 from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.prepared import Prepared
@@ -88,3 +92,13 @@ def test_masters_are_those_of_the_study_and_what_makes_no_sense_is_refused() -> 
         body("second-order", contact={"gap": -1e-5})
     unknown = body("auto", contact={"gap": -1e-5}).linear.reduction.choice
     assert not unknown.second_order and "is not known" in unknown.reason
+
+
+def test_kinematics_are_told_with_the_results(
+    study_file: Callable[..., Path], command: Callable[..., Ended]
+) -> None:
+    study = study_file(body={"kinematics": "second-order"})
+    assert command("run", study).code == 0
+    words = "second order in mode 1: asked for"
+    assert json.loads(Path("results/study/summary.json").read_text())["kinematics"] == words
+    assert f"Kinematics: {words}." in sentences(read_results(Path("results/study")))[0]

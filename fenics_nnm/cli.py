@@ -8,7 +8,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from fenics_nnm import __version__
 from fenics_nnm.commands import COMMANDS
@@ -83,8 +83,17 @@ def _ended(comm: MPI.Comm, message: str, code: int) -> int:
     return code
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line, as all else does."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with a line about arguments."""
+        complain(f"{message}: see {self.prog} --help")
+        sys.exit(BAD_INPUT)
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="fenics-nnm",
         description="Nonlinear modes of elastic structures in unilateral contact.",
         epilog="example:\n  fenics-nnm new plate && fenics-nnm run plate.toml && "

@@ -376,6 +376,17 @@ class MeshStudy(_SprungStudy):
         return self
 
     @model_validator(mode="after")
+    def _rigid_facets_can_move(self) -> MeshStudy:
+        held = {name for each in self.clamp if not each.directions for name in each.facets or ()}
+        for number, section in enumerate(self.rigid, start=1):
+            if held.issuperset(section.facets):
+                raise ValueError(
+                    f"rigid[{number}].facets = {list(section.facets)}: has no effect on what "
+                    "[clamp] holds in all directions: must be other facets"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _casings_grow_at_speed(self) -> MeshStudy:
         for key, patch in self.contact.patches.items():
             growth = getattr(patch.casing, "growth", 0.0)

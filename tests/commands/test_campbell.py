@@ -110,3 +110,10 @@ def test_arguments(study_file: StudyFile, command: Command) -> None:
         with pytest.raises(StudyError, match="must be different positive integers"):
             orders_of(text)
     command("campbell", study_file(ROD), "--speeds", "0:1:1").assert_one_line(2, "rotation: is")
+
+
+def test_wrong_arguments_are_one_line(capfd: pytest.CaptureFixture[str], command: Command) -> None:
+    with pytest.raises(SystemExit) as ended:
+        command("campbell", "study.toml", "--speeds", "0:1:1", "--modes", "x")
+    said = "argument --modes: invalid int value: 'x': see fenics-nnm campbell --help"
+    assert (ended.value.code, capfd.readouterr().err) == (2, f"fenics-nnm: {said}\n")

@@ -147,6 +147,7 @@ VALUES = [
     ({"body": {"degree": True}}, "body.degree = true", "1 or 2"),
     ({"body": {"degree": 10**30}}, "body.degree = 1000", "too large"),
     ({"clamp": {"facets": []}}, "clamp.facets = []", "too few items"),
+    ({"rigid": [{"facets": "left", "at": [0.0]}]}, "rigid[1].facets", "has no effect on what"),
     ({"contact": {"facets": []}}, "contact.facets = []", "too few items"),
     ({"contact": {"facets": 3}}, "contact.facets = 3", "a list of names"),
     ({"contact": {"facets": [3]}}, "contact.facets = [3]", "a list of names"),

@@ -19,6 +19,7 @@ class Code(StrEnum):
     DEGREE_WITHOUT_MEMORY = "degree without memory"
     ELEMENT_SIZE = "element size"
     EXPANSION = "thermal expansion"
+    WARMING = "warming"
     FULL_ORDER_GAP = "gap at full order"
     GAP = "gap"
     GAP_WITH_FORCES = "gap with forces"

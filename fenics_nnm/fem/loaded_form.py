@@ -99,7 +99,7 @@ def _assert_small(warming: float, material: Material) -> None:
         raise ModelError(
             f"the change of temperature, {warming:+g} K, strains the material by {strain:.3g}: "
             f"must be {_LARGEST_STRAIN:g} at most",
-            code=Code.EXPANSION,
+            code=Code.WARMING,
         )
 
 

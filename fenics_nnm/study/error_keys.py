@@ -31,8 +31,8 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.DEGREE: (("degree = ", "body.degree = "), _DIRECT),
     Code.DEGREE_WITHOUT_MEMORY: (("degree = ", "body.degree = "),),
     Code.ELEMENT_SIZE: (("element size = ", "mesh.element_size = "),),
-    Code.EXPANSION: (
-        ("no thermal expansion is", "material.expansion: is missing, and none is"),
+    Code.EXPANSION: (("no thermal expansion is", "material.expansion: is missing, and none is"),),
+    Code.WARMING: (
         ("the change of temperature", "load.temperature: the change of temperature"),
         ("strains the material by", "times material.expansion is a strain of"),
     ),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import sys
 import tempfile
@@ -10,28 +9,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from fenics_nnm.fem.native import Job, Limits
+from fenics_nnm.fem.native import Job, Limits, answered
 from fenics_nnm.fem.native_files import ANSWER, LOG
-from fenics_nnm.fem.raw_mesh import RawMesh, read_written, write_raw
+from fenics_nnm.fem.raw_mesh import RawMesh, write_raw
 
 #: Modules that start a process for a reader or a mesher.
 STARTERS = ("fem.mesh", "fem.cad", "fem.built_in")
 
-NOTE = "note: "
 
-logger = logging.getLogger("fenics_nnm.fem.native")
-
-
-def in_this_process(job: Job, limits: Limits, *, notes: int = logging.WARNING) -> RawMesh:
+def in_this_process(job: Job, limits: Limits) -> RawMesh:
     """What `in_own_process` does, without its limits and its fence."""
     with tempfile.TemporaryDirectory(prefix="fenics-nnm-") as name:
         folder = Path(name).resolve()
         with printed_to(folder / LOG):
             write_raw(folder / ANSWER, job(folder))
-        for line in (folder / LOG).read_text("utf-8", errors="replace").splitlines():
-            if line.startswith(NOTE):
-                logger.log(notes, "%s: %s", job.errors.what, line.removeprefix(NOTE))
-        return read_written(folder / ANSWER)
+        return answered(folder)
 
 
 @contextmanager

@@ -123,8 +123,13 @@ def in_own_process(job: Job, limits: Limits) -> RawMesh:
             raise _problem(folder)
         if code or not (folder / ANSWER).exists():
             raise _ended(code, folder, job, limits)
-        raw = read_written(folder / ANSWER)
-        return replace(raw, notes=(*raw.notes, *_lines(folder, "note: ")))
+        return answered(folder)
+
+
+def answered(folder: Path) -> RawMesh:
+    """The mesh that a job has written, with the notes that it has printed."""
+    raw = read_written(folder / ANSWER)
+    return replace(raw, notes=(*raw.notes, *_lines(folder, "note: ")))
 
 
 def _started(folder: Path) -> subprocess.Popen[bytes]:

@@ -123,9 +123,13 @@ class SecondOrder:
     def following(self, model: ModalShapes) -> Array:
         """-2 alpha_ajj / omega_a^2 of modes a that are no masters, along masters j, (J, J)."""
         moved = np.zeros((len(model.omega), len(model.omega)))
-        moved[:, self.masters] = -2 * np.einsum("ajj->aj", self.alpha) / model.omega[:, None] ** 2
-        moved[self.masters] = 0.0
+        others = np.setdiff1d(np.arange(len(model.omega)), self.masters)
+        moved[np.ix_(others, self.masters)] = np.einsum("ajj->aj", self._follow(others, model))
         return moved
+
+    def _follow(self, modes: Indices, model: ModalShapes) -> Array:
+        """-2 alpha_ajk / omega_a^2 of modes a that follow the masters, shape (a, k, k)."""
+        return -2 * self.alpha[modes] / (model.omega[modes] ** 2)[:, None, None]
 
     def assert_fits(self, model: ModalShapes) -> None:
         """Theta must have a matrix for each contact point, alpha one for each mode.
@@ -160,8 +164,7 @@ class SecondOrder:
                 "among the modes that are kept"
             )
         dropped = np.setdiff1d(np.arange(len(model.omega)), chosen)
-        square, left = model.omega[dropped] ** 2, self.alpha[dropped]
-        follows = -2 * left / square[:, None, None]
+        left, follows = self.alpha[dropped], self._follow(dropped, model)
         return replace(
             self,
             masters=np.searchsorted(chosen, self.masters),

@@ -20,6 +20,7 @@ linear part tells, see `mechanics.linear_part`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -54,7 +55,63 @@ def condensed_solution(
     Raises:
         numpy.linalg.LinAlgError: if the system is singular.
     """
-    return Condensation.of(operator, series, Phi, forces).solution(border)
+    return eliminated(Condensation.of(operator, series, Phi, forces), border)
+
+
+class Elimination(Protocol):
+    """What of the Jacobian is eliminated: Z of the coordinates that are not kept, U, V, F + M."""
+
+    @property
+    def operator(self) -> HarmonicOperator:
+        """Z of what is eliminated, and which coordinates are kept."""
+
+    def coupled(self, q: Array) -> Array:
+        """What acts on q besides Z, shape (.., c, J)."""
+
+    def acted(self, q: Array) -> Array:
+        """Z q of all coordinates, and what acts besides, shape (.., c, J)."""
+
+    def moved(self, q: Array) -> Array:
+        """V q: free displacements of the pairs, shape (.., P)."""
+
+    def pushed(self, pairs: Array) -> Array:
+        """U lambda: what forces of the pairs do to the equations, shape (.., c, J)."""
+
+    def flexibility(self) -> Array:
+        """F + M, shape (P, P)."""
+
+
+def eliminated(system: Elimination, border: Border) -> Array:
+    """Solution of the bordered system, q first, shape (c J + b,).
+
+    Args:
+        system: What is eliminated.
+        border: Further unknowns and equations, and right-hand sides.
+
+    Raises:
+        numpy.linalg.LinAlgError: if the system is singular.
+    """
+    operator = system.operator
+    kept = operator.kept
+    count = int(np.count_nonzero(kept))
+    unit = np.zeros((count, *kept.shape))
+    unit[np.arange(count), *np.nonzero(kept)] = 1.0
+    nothing, of_border = np.zeros_like(border.right[None]), np.zeros_like(border.columns)
+    applied = np.concatenate([border.right[None], -system.coupled(unit), -border.columns])
+    followed = operator.solve(applied) + np.concatenate([nothing, unit, of_border])
+    pairs = np.linalg.solve(system.flexibility(), system.moved(followed).T).T
+    pushed = system.pushed(pairs)
+    followed += operator.solve(-pushed)
+    # what is left: the equations of the coordinates kept, and those of the border
+    given = np.concatenate([border.right[None], np.zeros_like(unit), -border.columns])
+    left = (given - pushed - system.acted(followed))[:, kept]
+    below = np.einsum("rnj,cnj->cr", border.rows, followed)
+    below[1 + count :] += border.corner.T
+    right = np.concatenate([left[0], border.below - below[0]])
+    matrix = np.hstack([-left[1:], below[1:]]).T
+    weights = np.linalg.solve(matrix, right)
+    q = followed[0] + np.tensordot(weights, followed[1:], 1)
+    return np.concatenate([q.ravel(), weights[count:]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,28 +142,13 @@ class Condensation:
         touched, place = np.unique(forces.points[forces.used], return_inverse=True)
         return cls(operator, series, forces, Phi[touched], np.nonzero(forces.used)[0], place)
 
-    def solution(self, border: Border) -> Array:
-        """Solution of the bordered system, q first."""
-        kept = self.operator.kept
-        count = int(np.count_nonzero(kept))
-        unit = np.zeros((count, *kept.shape))
-        unit[np.arange(count), *np.nonzero(kept)] = 1.0
-        applied = np.concatenate([border.right[None], np.zeros_like(unit), -border.columns])
-        followed = self.operator.solve(applied) + np.concatenate(
-            [np.zeros_like(applied[:1]), unit, np.zeros_like(border.columns)]
-        )
-        pairs = np.linalg.solve(self.flexibility(), self.moved(followed).T).T
-        pushed = applied - self.pushed(pairs)
-        followed += self.operator.solve(pushed - applied)
-        # what is left: the equations of the coordinates kept, and those of the border
-        left = pushed[:, kept] - self.operator.times(followed)[:, kept]
-        below = np.einsum("rnj,cnj->cr", border.rows, followed)
-        below[1 + count :] += border.corner.T
-        right = np.concatenate([left[0], border.below - below[0]])
-        matrix = np.hstack([-left[1:], below[1:]]).T
-        weights = np.linalg.solve(matrix, right)
-        q = followed[0] + np.tensordot(weights, followed[1:], 1)
-        return np.concatenate([q.ravel(), weights[count:]])
+    def coupled(self, q: Array) -> Array:
+        """Nothing."""
+        return np.zeros_like(q)
+
+    def acted(self, q: Array) -> Array:
+        """Z q."""
+        return self.operator.times(q)
 
     def moved(self, q: Array) -> Array:
         """V q: free displacements of the pairs, shape (.., P)."""

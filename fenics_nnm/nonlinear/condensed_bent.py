@@ -21,7 +21,7 @@ from fenics_nnm.mechanics.contact_law import ContactForces
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.linear_part import HarmonicOperator
 from fenics_nnm.nonlinear.border import Border
-from fenics_nnm.nonlinear.condensed import Condensation
+from fenics_nnm.nonlinear.condensed import Condensation, eliminated
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ def bent_solution(
         numpy.linalg.LinAlgError: if the system is singular.
     """
     base = Condensation.of(operator.keeping(bending.masters), series, Phi, forces)
-    return _BentCondensation(operator, base, bending).solution(border)
+    return eliminated(_BentCondensation(operator, base, bending), border)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,32 +78,20 @@ class _BentCondensation:
     base: Condensation
     bending: Bending
 
-    def solution(self, border: Border) -> Array:
-        """Solution of the bordered system, q first."""
-        operator = self.base.operator
-        kept = operator.kept
-        count = int(np.count_nonzero(kept))
-        unit = np.zeros((count, *kept.shape))
-        unit[np.arange(count), *np.nonzero(kept)] = 1.0
-        applied = np.concatenate([border.right[None], -self.pulled(unit), -border.columns])
-        nothing = np.zeros_like(applied[:1]), np.zeros_like(border.columns)
-        followed = operator.solve(applied) + np.concatenate([nothing[0], unit, nothing[1]])
-        pairs = np.linalg.solve(self.base.flexibility(), self.moved(followed).T).T
-        pushed = applied - self.pushed(pairs)
-        followed += operator.solve(pushed - applied)
-        # what is left: the equations of the coordinates kept, and those of the border
-        acted = self.whole.times(followed) + self.pulled(followed)
-        direct = np.concatenate([border.right[None], np.zeros_like(unit), -border.columns])
-        left = (direct - self.pushed(pairs) - acted)[:, kept]
-        below = np.einsum("rnj,cnj->cr", border.rows, followed)
-        below[1 + count :] += border.corner.T
-        right = np.concatenate([left[0], border.below - below[0]])
-        matrix = np.hstack([-left[1:], below[1:]]).T
-        weights = np.linalg.solve(matrix, right)
-        q = followed[0] + np.tensordot(weights, followed[1:], 1)
-        return np.concatenate([q.ravel(), weights[count:]])
+    @property
+    def operator(self) -> HarmonicOperator:
+        """Z of what is eliminated; masters are kept."""
+        return self.base.operator
 
-    def pulled(self, q: Array) -> Array:
+    def flexibility(self) -> Array:
+        """F + M, shape (P, P)."""
+        return self.base.flexibility()
+
+    def acted(self, q: Array) -> Array:
+        """Z q and T q, shape (.., c, J)."""
+        return self.whole.times(q) + self.coupled(q)
+
+    def coupled(self, q: Array) -> Array:
         """T q of coefficients (.., c, J)."""
         return (q.reshape(len(q), -1) @ self.bending.tangent.T).reshape(q.shape)
 

@@ -13,15 +13,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fenics_nnm.arrays import Array, Mask
-from fenics_nnm.errors import ModelError
-from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.closed import highest_frequency
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.exponential_rule import gauss_nodes
 from fenics_nnm.time_domain.integrator import Trajectory
-from fenics_nnm.time_domain.linear_stage import LinearStage
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
 from fenics_nnm.time_domain.smooth_step import Rule, SmoothStep
+from fenics_nnm.time_domain.states import States
 
 #: As in `flow`: points in contact are those a moment later, this over the highest frequency.
 _MOMENT = 1e-9
@@ -66,7 +65,7 @@ class Collocated:
     most_changes: int = 20_000
     model: ReducedModel = field(init=False, repr=False, compare=False)
     _moment: float = field(init=False, repr=False, compare=False)
-    _law: Complementarity = field(init=False, repr=False, compare=False)
+    states: States = field(init=False, repr=False, compare=False)
     _stages: dict[bytes, SmoothStage] = field(
         init=False, repr=False, compare=False, default_factory=dict
     )
@@ -76,14 +75,9 @@ class Collocated:
 
     def __post_init__(self) -> None:
         model = self.mechanics.model
-        if not model.massless:
-            raise ModelError("the motion in time needs contact points without mass")
-        if self.mechanics.rest.pressed:
-            raise ModelError("the motion in time by steps needs positive gaps")
-        all_closed = LinearStage.of(model, np.ones(model.points, dtype=bool))
+        object.__setattr__(self, "states", States(self.mechanics))
         object.__setattr__(self, "model", model)
-        object.__setattr__(self, "_moment", _MOMENT / float(all_closed.nu[-1]))
-        object.__setattr__(self, "_law", Complementarity(model.R, model.gap))
+        object.__setattr__(self, "_moment", _MOMENT / highest_frequency(model))
 
     def run(
         self,
@@ -108,28 +102,15 @@ class Collocated:
 
     def energy_gradient(self, q: Array, velocity: Array) -> Array:
         """Derivative of the energy by q and velocity, shape (2 J,)."""
-        inertia, at_rest = self.model.kinematics.inertia, np.zeros_like(q)
-        shapes = self.model.kinematics.closing.shapes_at(self.model.Phi, q)
-        by_q = self.model.omega**2 * q + self.force(q) @ shapes
-        by_q = by_q + sum(each.at(q, at_rest) for each in self.mechanics.forces)
-        by_q = by_q + inertia.energy_gradient(q, velocity)
-        return np.concatenate([by_q, inertia.momentum(q, velocity)])
+        return self.states.energy_gradient(q, velocity)
 
     def energy(self, q: Array, velocity: Array) -> float:
         """Total energy in J from the state of rest."""
-        force = self.force(q)
-        modal = velocity @ velocity + np.sum((self.model.omega * q) ** 2)
-        stored = sum(each.energy_at(q, velocity) for each in self.mechanics.forces)
-        return float(modal + force @ self.model.R @ force) / 2 + float(stored)
-
-    def force(self, q: Array) -> Array:
-        """Contact forces in N at coordinates of shape (J,), shape (n_c,)."""
-        linear, closing = (self.model.Phi @ q)[None], self.model.kinematics.closing
-        return self._law(closing.displaced(linear, np.ones((1, 1)), q[None])).force[0]
+        return self.states.energy(q, velocity)
 
     def stage_at(self, q: Array) -> SmoothStage:
         """The stage of coordinates of shape (J,)."""
-        return self._stage(self.force(q) > 0)
+        return self._stage(self.states.contact(q).force[0] > 0)
 
     def stage_after(self, q: Array, velocity: Array, before: SmoothStage | None) -> SmoothStage:
         """The stage that a state is about to be in; most often one point opens or closes."""

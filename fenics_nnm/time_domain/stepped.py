@@ -18,16 +18,12 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
-from fenics_nnm.mechanics.contact_law import Complementarity, ContactForces
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.collocated import Collocated
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.integrator import Integrator, Trajectory
-
-#: Basis functions of a state by itself.
-_AT_ONE = np.ones((1, 1))
+from fenics_nnm.time_domain.states import States
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,16 +43,11 @@ class Stepped:
     tolerance: float = 1e-12
     most_steps: int = 200_000
     model: ReducedModel = field(init=False, repr=False, compare=False)
-    _law: Complementarity = field(init=False, repr=False, compare=False)
+    states: States = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        model = self.mechanics.model
-        if not model.massless:
-            raise ModelError("the motion in time needs contact points without mass")
-        if self.mechanics.rest.pressed:
-            raise ModelError("the motion in time by steps needs positive gaps")
-        object.__setattr__(self, "model", model)
-        object.__setattr__(self, "_law", Complementarity(model.R, model.gap))
+        object.__setattr__(self, "states", States(self.mechanics))
+        object.__setattr__(self, "model", self.mechanics.model)
 
     def run(
         self,
@@ -80,33 +71,22 @@ class Stepped:
 
     def acceleration(self, q: Array, velocity: Array) -> Array:
         """Acceleration of a state, shape (J,)."""
-        pull = self._conservative(q) + self.mechanics.linear.rate @ velocity
+        pull = self.states.conservative(q) + self.mechanics.linear.rate @ velocity
         pull = pull + sum(f.at(q, velocity) for f in self.mechanics.forces)
         return self.model.kinematics.inertia.accelerated(q, -pull[:, None])[:, 0]
 
     def energy_gradient(self, q: Array, velocity: Array) -> Array:
-        """Derivative of the energy: omega^2 q + Psi^T lambda(q) + f(q) by q, then p, (2 J,)."""
-        inertia, at_rest = self.model.kinematics.inertia, np.zeros_like(q)
-        by_q = self._conservative(q) + sum(f.at(q, at_rest) for f in self.mechanics.forces)
-        by_q = by_q + inertia.energy_gradient(q, velocity)
-        return np.concatenate([by_q, inertia.momentum(q, velocity)])
+        """Derivative of the energy by q and velocity, shape (2 J,)."""
+        return self.states.energy_gradient(q, velocity)
 
     def energy(self, q: Array, velocity: Array) -> float:
         """Total energy in J from the state of rest."""
-        force = self.contact(q).force[0]
-        modal = velocity @ velocity + np.sum((self.model.omega * q) ** 2)
-        stored = sum(each.energy_at(q, velocity) for each in self.mechanics.forces)
-        return float(modal + force @ self.model.R @ force) / 2 + float(stored)
-
-    def contact(self, q: Array) -> ContactForces:
-        """Contact forces at coordinates of shape (J,)."""
-        closing = self.model.kinematics.closing
-        return self._law(closing.displaced((self.model.Phi @ q)[None], _AT_ONE, q[None]))
+        return self.states.energy(q, velocity)
 
     def tangent(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
         """Derivatives of the acceleration by coordinates and velocities, each of shape (J, J)."""
         closing, inertia = self.model.kinematics.closing, self.model.kinematics.inertia
-        contact = self.contact(q)
+        contact = self.states.contact(q)
         by_q = np.diag(self.model.omega**2)
         by_q += contact.stiffness(closing.shapes_at(self.model.Phi, q)).sum(axis=0)
         by_q = closing.stiffened(by_q, contact.force[0])
@@ -115,11 +95,6 @@ class Stepped:
             one, other = force.tangent_at(q, velocity, acceleration)
             by_q, by_velocity = by_q + one, by_velocity + other
         return inertia.accelerated(q, -by_q), inertia.accelerated(q, -by_velocity)
-
-    def _conservative(self, q: Array) -> Array:
-        """omega^2 q + Psi^T lambda(q), shape (J,)."""
-        shapes = self.model.kinematics.closing.shapes_at(self.model.Phi, q)
-        return np.asarray(self.model.omega**2 * q + self.contact(q).force[0] @ shapes)
 
 
 @dataclass(slots=True)
@@ -203,7 +178,7 @@ class _Walk:
         return np.asarray(self.flow.tolerance * np.concatenate([motion, derivatives.ravel()]))
 
     def _touches(self, state: Array) -> Array:
-        return np.asarray(self.flow.contact(state[: self.flow.model.modes]).force[0] > 0)
+        return np.asarray(self.flow.states.contact(state[: self.flow.model.modes]).force[0] > 0)
 
     def _note_start(self, state: Array) -> None:
         modes = self.flow.model.modes

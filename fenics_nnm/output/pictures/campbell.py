@@ -43,21 +43,14 @@ def campbell_plot(
     """
     figure = new_figure(height=4.0, width=6.4)
     left, right = figure.subplots(1, 2, width_ratios=(2.4, 1))
-    found = borne(points)
-    unit = 30 / np.pi if turns else 1.0
+    found, unit = borne(points), 30 / np.pi if turns else 1.0
     speed = unit * np.array([point.speed for point in found])
-    lines = np.array([point.frequencies for point in found]).T
-    for mode, line in enumerate(lines):
-        colour, _ = CURVES[mode % len(CURVES)]
-        left.plot(speed, line, color=colour, lw=1.3, marker=".", ms=3, label=f"mode {mode + 1}")
-    nonlinear = nonlinear_lines(points)
+    lines, nonlinear = np.array([point.frequencies for point in found]).T, nonlinear_lines(points)
+    _draw_linear(left, speed, lines)
     _draw(left, speed, nonlinear)
     shown = [lines.ravel(), *(line.frequency for line in nonlinear)]
     top = 1.05 * float(np.nanmax(np.concatenate(shown)))
-    for order in orders:
-        end = min(float(speed.max()), top * 2 * np.pi * unit / order)
-        left.plot([0, end], [0, order * end / unit / 2 / np.pi], color=GREY, lw=0.8, ls="--")
-        left.annotate(f"{order}", (end, order * end / unit / 2 / np.pi), fontsize=7, color=GREY)
+    _draw_orders(left, orders, float(speed.max()), top, turn=2 * np.pi * unit)
     left.plot(
         [unit * each.speed for each in crossings],
         [each.frequency for each in crossings],
@@ -70,14 +63,35 @@ def campbell_plot(
     left.set_ylim(0, top)
     name = "speed  (rpm)" if turns else "speed  (rad/s)"
     label(left, name, "frequency  (Hz)")
-    gaps = np.array([point.gap for point in found])
-    length = unit_for(gaps, "m")
-    right.plot(speed, length.factor * gaps, color=BLACK, lw=1.3, marker=".", ms=3)
-    label(right, name, f"smallest gap  ({length.name})")
-    right.xaxis.set_major_locator(MaxNLocator(nbins=3))
+    _draw_gap(right, speed, np.array([point.gap for point in found]), name)
     left.set_title(title, fontsize=9)
     legend_below(figure, left, columns=4)
     return figure
+
+
+def _draw_linear(axes: Axes, speed: Array, lines: Array) -> None:
+    """Linear modes, each in a colour of its own."""
+    for mode, line in enumerate(lines):
+        colour, _ = CURVES[mode % len(CURVES)]
+        axes.plot(speed, line, color=colour, lw=1.3, marker=".", ms=3, label=f"mode {mode + 1}")
+
+
+def _draw_orders(
+    axes: Axes, orders: Sequence[int], fastest: float, top: float, *, turn: float
+) -> None:
+    """Engine orders as far as the picture goes; `turn` is the shown speed of a turn a second."""
+    for order in orders:
+        end = min(fastest, top * turn / order)
+        axes.plot([0, end], [0, order * end / turn], color=GREY, lw=0.8, ls="--")
+        axes.annotate(f"{order}", (end, order * end / turn), fontsize=7, color=GREY)
+
+
+def _draw_gap(axes: Axes, speed: Array, gaps: Array, name: str) -> None:
+    """Smallest gap over speed."""
+    length = unit_for(gaps, "m")
+    axes.plot(speed, length.factor * gaps, color=BLACK, lw=1.3, marker=".", ms=3)
+    label(axes, name, f"smallest gap  ({length.name})")
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=3))
 
 
 def _draw(axes: Axes, speed: Array, lines: Sequence[NonlinearLine]) -> None:

@@ -92,5 +92,9 @@ class OutOfMemoryError(ConvergenceError):
     """A factorisation needs more memory than it may take."""
 
 
+class MissedModesError(ConvergenceError):
+    """Modes that a count by other means finds and an eigensolver did not."""
+
+
 class TooManyModesError(ModelError):
     """A reduction whose modes leave nothing to its contact points."""

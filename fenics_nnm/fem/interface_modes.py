@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from mpi4py import MPI
-from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ConvergenceError
-from fenics_nnm.fem.eigenproblem import eigenproblem
-from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.block_lanczos import BlockLanczos
+from fenics_nnm.fem.factored import Factored
 
 
-class _HeldSolve:
-    """Preconditioner that solves with the interface held.
+class _Held:
+    """K^-1 and M with the interface held, as `block_lanczos.Inverse`.
 
     With F the interface forces and X = K^-1 F,
 
@@ -22,26 +19,27 @@ class _HeldSolve:
     is the displacement under b that keeps F^T y = 0.
     """
 
-    def __init__(self, ksp: PETSc.KSP, forces: Array, attachments: Array, comm: MPI.Comm) -> None:
-        self._ksp, self._forces, self._attachments, self._comm = ksp, forces, attachments, comm
-        flexibility = comm.allreduce(forces.T @ attachments)
+    def __init__(self, free: Factored, forces: Array, attachments: Array) -> None:
+        self._free, self._forces, self._attachments = free, forces, attachments
+        self.mass, self.inner, self.random = free.mass, free.inner, free.random
+        flexibility = free.inner(forces, attachments)
         self._stiffness = np.linalg.inv((flexibility + flexibility.T) / 2)
 
-    def apply(self, pc: PETSc.PC, right: PETSc.Vec, left: PETSc.Vec) -> None:
-        """Solve for one right-hand side."""
-        self._ksp.solve(right, left)
-        motion = self._comm.allreduce(self._forces.T @ left.array_r)
-        left.array -= self._attachments @ (self._stiffness @ motion)
+    def solve(self, forces: Array) -> Array:
+        """Displacements under columns of forces."""
+        moved = self._free.solve(forces)
+        moved -= self._attachments @ (self._stiffness @ self._free.inner(self._forces, moved))
+        return moved
 
 
 def fixed_interface_modes(
-    solid: Solid, ksp: PETSc.KSP, forces: Array, attachments: Array, count: int
+    inverse: Factored, free: int, forces: Array, attachments: Array, count: int
 ) -> Array:
     """The lowest modes of the body with its contact interface held.
 
     Args:
-        solid: Assembled body.
-        ksp: Solver with the factorised stiffness of the body, interface free.
+        inverse: Factorised body, interface free.
+        free: Number of its free degrees of freedom, of all ranks.
         forces: Unit forces of the interface, shape (n_owned, i).
         attachments: Displacements under them, shape (n_owned, i).
         count: Number of modes.
@@ -52,25 +50,8 @@ def fixed_interface_modes(
     Raises:
         ConvergenceError: if the eigensolver fails.
     """
-    system = solid.system
-    eps = eigenproblem(system.stiffness, system.mass, "nnm_interface_")
-    eps.setDimensions(count)
-    solver = eps.getST().getKSP()
-    solver.setType(PETSc.KSP.Type.PREONLY)
-    solver.getPC().setType(PETSc.PC.Type.PYTHON)
-    comm = solid.tagged.mesh.comm
-    held = _HeldSolve(ksp, system.forces(forces), system.independent(attachments), comm)
-    solver.getPC().setPythonContext(held)
-    eps.solve()
-    if eps.getConverged() < count:
-        raise ConvergenceError(
-            f"eigensolver: {eps.getConverged()} of {count} fixed-interface modes converged"
-        )
-    shapes = np.empty((solid.owned, count))
-    vector = system.stiffness.createVecRight()
-    for column in range(count):
-        eps.getEigenvector(column, vector)
-        shapes[:, column] = vector.array_r
-    vector.destroy()
-    eps.destroy()
-    return system.whole(shapes)
+    system = inverse.system
+    held = _Held(inverse, system.forces(forces), system.independent(attachments))
+    lanczos = BlockLanczos(held, inverse.rows, free - forces.shape[1], count, 0)
+    lanczos.run()
+    return system.whole(lanczos.shapes(count))

@@ -7,10 +7,17 @@ from contextlib import suppress
 import numpy as np
 from petsc4py import PETSc
 
-from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutOfMemoryError
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import (
+    Code,
+    ConvergenceError,
+    MissedModesError,
+    ModelError,
+    OutOfMemoryError,
+)
 from fenics_nnm.fem.block import solved
-from fenics_nnm.fem.eigenproblem import ask_for, eigenproblem
+from fenics_nnm.fem.block_lanczos import BlockLanczos
+from fenics_nnm.fem.factored import Factored
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
@@ -23,10 +30,14 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 _SPARE = 4
 
 
+#: How often modes that the count finds missing are looked for.
+_SEARCHES = 5
+
+
 class DirectModalSolver(HeldTogether):
     """Factorises the stiffness once; a context manager that frees it.
 
-    PETSc options of the eigensolver take the prefix `nnm_`.
+    PETSc options of the factorisation take the prefix `nnm_st_`.
 
     Attributes:
         free: Number of free degrees of freedom, of all ranks.
@@ -47,16 +58,15 @@ class DirectModalSolver(HeldTogether):
         self.free = solid.free
         super().__init__(solid.tagged.mesh.comm)
         self._system = solid.system
-        self._eps = eigenproblem(self._system.stiffness, self._system.mass, "nnm_")
-        self._ksp = self._eps.getST().getKSP()
-        self._ksp.setOperators(self._system.stiffness)  # which shift-invert about zero keeps
+        self._ksp = PETSc.KSP().create(self._system.stiffness.comm)
+        self._ksp.setOptionsPrefix("nnm_st_")
+        self._ksp.setOperators(self._system.stiffness)
         use_mumps(self._ksp)
         self._factorise()
 
     def release(self) -> None:
-        """Free the factorisation, or what an eigensolver that failed lets free."""
-        with suppress(PETSc.Error):
-            self._eps.destroy()
+        """Free the factorisation."""
+        self._ksp.destroy()
 
     def modes(self, count: int) -> LinearModes:
         """The `count` lowest modes, with a check that none was missed.
@@ -69,27 +79,14 @@ class DirectModalSolver(HeldTogether):
             raise ModelError(
                 f"modes = {count}: the mesh has only {self.free} free dofs", code=Code.MODES
             )
-        wanted = min(count + _SPARE, self.free)
-        ask_for(self._eps, wanted)
-        self._eps.setFromOptions()
-        try:
-            self._eps.solve()
-        except PETSc.Error as error:
-            raise ConvergenceError(
-                f"eigensolver: PETSc error {error.ierr}: stiffness and mass may be too far apart "
-                "to compute with: check lengths, units and material"
-            ) from error
-        found = self._eps.getConverged()
-        if found < min(count + 1, self.free):
-            raise ConvergenceError(f"eigensolver: {found} of {count} modes converged")
-        squared = np.array([self._eps.getEigenvalue(i).real for i in range(found)])
-        order = np.argsort(squared)
-        squared = squared[order]
-        assert_held(self._solid, squared)
-        below = counted_below(self._solid, squared, count, self._memory)
-        return LinearModes(
-            omega=np.sqrt(squared[:count]), shapes=self._shapes(order[:count]), checked_below=below
-        )
+        inverse = self.factored()
+        lanczos = BlockLanczos(inverse, inverse.rows, self.free, count, _SPARE)
+        lanczos.run()
+        for _ in range(_SEARCHES):
+            with suppress(MissedModesError):
+                return self._counted(lanczos, count)
+            lanczos.search_again()
+        return self._counted(lanczos, count)
 
     def static(self, forces: Array) -> Array:
         """Static displacements under columns of forces, solved as one block.
@@ -116,14 +113,18 @@ class DirectModalSolver(HeldTogether):
         Raises:
             ConvergenceError: if the eigensolver fails.
         """
-        return fixed_interface_modes(self._solid, self._ksp, forces, attachments, count)
+        return fixed_interface_modes(self.factored(), self.free, forces, attachments, count)
+
+    def factored(self) -> Factored:
+        """K^-1 and M."""
+        return Factored.of(self._ksp, self._system, self._solid.tagged.mesh.comm)
 
     def _factorise(self) -> None:
         try:
             with limited_memory(self._ksp, self._memory):
                 factorise(self._ksp)
         except ConvergenceError as error:
-            self._eps.destroy()
+            self._ksp.destroy()
             if isinstance(error, OutOfMemoryError):
                 raise
             raise ModelError(
@@ -131,14 +132,18 @@ class DirectModalSolver(HeldTogether):
                 f"{error}{parts_that_move(self._solid)}"
             ) from error
 
-    def _shapes(self, order: Indices) -> Array:
-        shapes = np.empty((self._solid.owned, len(order)))
-        vector = self._system.stiffness.createVecRight()
-        product = vector.duplicate()
-        for column, index in enumerate(order):
-            self._eps.getEigenvector(int(index), vector)
-            self._system.mass.mult(vector, product)
-            shapes[:, column] = vector.array / np.sqrt(vector.dot(product))
-        vector.destroy()
-        product.destroy()
-        return self._system.whole(shapes)
+    def _counted(self, lanczos: BlockLanczos, count: int) -> LinearModes:
+        """Modes that were counted.
+
+        Raises:
+            ModelError: if the body can move as a rigid body.
+            MissedModesError: if one was missed.
+        """
+        found = lanczos.theta[: min(count + _SPARE, self.free)]
+        squared = np.divide(1.0, found, out=np.full(len(found), np.inf), where=found != 0)
+        order = np.argsort(squared)
+        squared = squared[order]
+        assert_held(self._solid, squared)
+        below = counted_below(self._solid, squared, count, self._memory)
+        shapes = lanczos.shapes(len(found))[:, order[:count]]
+        return LinearModes(np.sqrt(squared[:count]), self._system.whole(shapes), below)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.errors import MissedModesError
 from fenics_nnm.reduction.clusters import groups, unique_basis
 from fenics_nnm.reduction.operators import Product
 
@@ -77,10 +77,10 @@ def counted(shift: float, inside: int, negative: int) -> float:
         negative: Negative pivots of K - shift M, as many as there are modes below it.
 
     Raises:
-        ConvergenceError: if a mode was missed.
+        MissedModesError: if a mode was missed.
     """
     if negative != inside:
-        raise ConvergenceError(
+        raise MissedModesError(
             f"eigensolver: {inside} modes below {np.sqrt(shift) / 2 / np.pi:.6g} Hz, but the "
             f"inertia of K - s^2 M counts {negative}: a mode was missed"
         )

@@ -1,0 +1,297 @@
+r"""The lowest modes of a body by block Lanczos iteration with the factors of its stiffness.
+
+A = K^-1 M is symmetric in the inner product of M, and its largest eigenvalues theta = 1/omega^2 are
+those of the lowest modes. From an M-orthonormal basis V that grows by A times its last block,
+T = V^T M A V has the Ritz pairs (theta, V s); the residual of one, in the norm of M, is that of
+the part W s_last of A V_last that V has not (G. H. Golub, R. Underwood, The block Lanczos method,
+in: Mathematical Software III, 1977; R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal.
+Appl. 15 (1994) 228). Each block is orthogonalised against all of V, which costs as much as the
+solutions and needs no test of what was lost. A basis that is full is made smaller by a thick
+restart (K. Wu, H. Simon, SIAM J. Matrix Anal. Appl. 22 (2000) 602).
+
+A block of right-hand sides costs a fraction of as many single ones, and finds modes of equal
+frequency, as many as it has columns.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.errors import ConvergenceError
+
+logger = logging.getLogger(__name__)
+
+#: Columns of a block; measured, see benchmarks/README.md.
+BLOCK = 12
+
+#: Largest residual of a mode over theta; the error of its frequency is of the order of the square.
+_TOLERANCE = 1e-8
+
+#: The same of the modes beyond those asked for, of which the frequency alone is wanted.
+_SPARE_TOLERANCE = 1e-3
+
+#: A basis has room for twice the modes wanted and this many blocks.
+_ROOM = 8
+
+#: Of a new block, directions shorter than this part of it before it was orthogonalised are
+#: round-off; where some are shorter than the other part it is orthogonalised once more.
+_ROUND_OFF, _TWICE = 1e-11, 1e-4
+
+#: Squared length, of columns of unit length, of combinations that depend on the others.
+_DEPENDENT = 1e-13
+
+#: Largest number of blocks that are solved for.
+_BLOCKS = 2000
+
+
+class Inverse(Protocol):
+    """What the iteration needs of a body; blocks of columns at the owned degrees of freedom."""
+
+    def solve(self, forces: Array) -> Array:
+        """K^-1 f, columns of shape (n_owned, k)."""
+
+    def mass(self, columns: Array) -> Array:
+        """M u, columns of shape (n_owned, k)."""
+
+    def inner(self, left: Array, right: Array) -> Array:
+        """a^T b over all ranks."""
+
+    def random(self, count: int) -> Array:
+        """Random columns, other ones at each call, shape (n_owned, count)."""
+
+
+@dataclass(slots=True)
+class _Basis:
+    """M-orthonormal columns V with M V, and T of those that A was applied to.
+
+    Attributes:
+        V: Columns, those beyond `size` to be filled, shape (n_owned, capacity).
+        MV: M V.
+        T: V^T M A V, shape (capacity, capacity).
+        size: Number of columns.
+        last: Where the last block begins, which A was not applied to yet.
+    """
+
+    V: Array
+    MV: Array
+    T: Array
+    size: int = 0
+    last: int = 0
+
+    @classmethod
+    def of(cls, rows: int, capacity: int) -> _Basis:
+        """An empty one."""
+        V, MV = (np.empty((rows, capacity), order="F") for _ in range(2))
+        return cls(V, MV, np.zeros((capacity, capacity)))
+
+    @property
+    def block(self) -> Array:
+        """M times the last block."""
+        return self.MV[:, self.last : self.size]
+
+    def append(self, W: Array, MW: Array) -> None:
+        """A further block, which has to be orthonormal."""
+        end = self.size + W.shape[1]
+        self.V[:, self.size : end], self.MV[:, self.size : end] = W, MW
+        self.last, self.size = self.size, end
+
+    def keep(self, theta: Array, S: Array) -> None:
+        """The Ritz vectors V S in place of all columns."""
+        count = S.shape[1]
+        for columns in (self.V, self.MV):
+            columns[:, :count] = _times(columns[:, : self.size], S)
+        self.T[:] = 0.0
+        self.T[range(count), range(count)] = theta
+        self.size = self.last = count
+
+
+@dataclass(frozen=True, slots=True)
+class _Rest:
+    """The part W of A V_last that V has not.
+
+    Attributes:
+        W: Columns, shape (n_owned, b).
+        MW: M W.
+        gram: W^T M W, shape (b, b).
+        before: Squared lengths of the columns before, shape (b,).
+    """
+
+    W: Array
+    MW: Array
+    gram: Array
+    before: Array
+
+    def directions(self) -> tuple[Array, bool]:
+        """Coefficients of M-orthonormal directions, (b, <= b), the longest last; if all are long.
+
+        What is round-off of what was before, or all but dependent on the others, is left out.
+        """
+        squared = np.diagonal(self.gram)
+        real = squared > _ROUND_OFF**2 * self.before
+        scale = np.where(real, 1 / np.sqrt(np.where(real, squared, 1.0)), 0.0)
+        length, axes = np.linalg.eigh(self.gram * np.outer(scale, scale))
+        kept = length > _DEPENDENT
+        found = scale[:, None] * axes[:, kept] / np.sqrt(length[kept])
+        return found, bool((length[kept] > _TWICE**2).all())
+
+    def is_short(self) -> bool:
+        """Whether so much was taken away that its rest has to be orthogonalised once more."""
+        return bool((np.diagonal(self.gram) < _TWICE**2 * self.before).any())
+
+
+class BlockLanczos:
+    """Ritz pairs of A = K^-1 M, of the largest |theta|.
+
+    Attributes:
+        theta: Ritz values, |theta| descending, in s^2, shape (k,).
+        residual: Their residuals over |theta|, shape (k,).
+    """
+
+    theta: Array
+    residual: Array
+
+    def __init__(self, inverse: Inverse, rows: int, free: int, count: int, spare: int) -> None:
+        """Prepare for a body.
+
+        Args:
+            inverse: Products with K^-1 and M.
+            rows: Owned degrees of freedom of this rank, n_owned.
+            free: Free degrees of freedom of all ranks: no more columns are independent.
+            count: Number of modes wanted, at most `free`.
+            spare: Number of further modes, of which the frequencies alone are wanted.
+        """
+        self._inverse, self._free = inverse, free
+        self._count, self._wanted = count, min(count + spare, free)
+        capacity = min(2 * self._wanted + _ROOM * BLOCK, free)
+        self._basis = _Basis.of(rows, capacity)
+        self._add_random(BLOCK)
+
+    def run(self) -> None:
+        """Iterate until the modes wanted have converged.
+
+        Raises:
+            ConvergenceError: if they do not.
+        """
+        for _ in range(_BLOCKS):
+            rest = self._applied()
+            if self._basis.size >= self._free or self._converged():
+                return
+            self._extend(rest)
+        raise ConvergenceError(
+            f"eigensolver: {int(self._good()[: self._count].sum())} of {self._count} modes "
+            f"converged in {_BLOCKS} blocks of {BLOCK}"
+        )
+
+    def search_again(self) -> None:
+        """Go on from the modes that have converged, and from random displacements beside them.
+
+        For modes of one frequency that are more than the columns of a block.
+        """
+        self._restart(np.flatnonzero(self._good()))
+        self._add_random(BLOCK)
+        self.run()
+
+    def shapes(self, count: int) -> Array:
+        """The first mass-normalised shapes, shape (n_owned, count)."""
+        return _times(self._basis.V[:, : self._basis.size], self._S[:, :count])
+
+    def _applied(self) -> _Rest:
+        """Apply A to the last block: T, its Ritz pairs, and what goes beyond the basis."""
+        basis = self._basis
+        W = self._inverse.solve(basis.block)
+        rest, C = self._orthogonal(W)
+        own = slice(basis.last, basis.size)
+        basis.T[: basis.size, own] = C
+        basis.T[own, : basis.size] = C.T
+        T = basis.T[: basis.size, : basis.size]
+        theta, S = np.linalg.eigh((T + T.T) / 2)
+        order = np.argsort(-np.abs(theta), kind="stable")
+        self.theta, self._S = theta[order], S[:, order]
+        squared = np.einsum("ik,ij,jk->k", self._S[own], rest.gram, self._S[own], optimize=True)
+        scale = np.maximum(np.abs(self.theta), np.finfo(float).tiny)
+        self.residual = np.sqrt(np.maximum(squared, 0.0)) / scale
+        return rest
+
+    def _orthogonal(self, W: Array) -> tuple[_Rest, Array]:
+        """W, changed in place, without its part V C in the basis, and C.
+
+        Raises:
+            ConvergenceError: if numbers are not finite.
+        """
+        basis = self._basis
+        V, MV = basis.V[:, : basis.size], basis.MV[:, : basis.size]
+        whole = np.zeros((basis.size, W.shape[1]))
+        before = None
+        for _ in range(2):
+            C = self._inverse.inner(MV, W)
+            W -= _times(V, C)
+            whole += C
+            MW = self._inverse.mass(W)
+            gram = self._inverse.inner(W, MW)
+            if not (np.isfinite(C).all() and np.isfinite(gram).all()):
+                raise ConvergenceError(
+                    "eigensolver: numbers that are not finite: stiffness and mass may be too far "
+                    "apart to compute with: check lengths, units and material"
+                )
+            if before is None:
+                before = np.diagonal(gram) + (C**2).sum(axis=0)
+            rest = _Rest(W, MW, gram, before)
+            if not rest.is_short():
+                break
+        return rest, whole
+
+    def _extend(self, rest: _Rest) -> None:
+        """A further block, with random columns for those that are round-off."""
+        basis = self._basis
+        if basis.size + BLOCK > basis.V.shape[1] < self._free:
+            kept = (basis.V.shape[1] + self._wanted) // 2 - BLOCK
+            self._restart(np.arange(min(kept, basis.size)))
+        added = self._append(rest, basis.V.shape[1] - basis.size)
+        if added < BLOCK:
+            self._add_random(BLOCK - added)
+
+    def _append(self, rest: _Rest, most: int) -> int:
+        """A further block of the longest directions, and how many they are."""
+        directions, long = rest.directions()
+        W, MW = (_times(columns, directions[:, -most:]) for columns in (rest.W, rest.MW))
+        if not long:
+            rest, _ = self._orthogonal(W)
+            directions, _ = rest.directions()
+            W, MW = (_times(columns, directions) for columns in (rest.W, rest.MW))
+        self._basis.append(W, MW)
+        return W.shape[1]
+
+    def _restart(self, kept: Indices) -> None:
+        self._basis.keep(self.theta[kept], self._S[:, kept])
+
+    def _add_random(self, count: int) -> None:
+        """Random columns as a part of the last block, as many as are independent."""
+        basis = self._basis
+        last, count = basis.last, min(count, self._free - basis.size)
+        if count == 0:
+            return
+        W = self._inverse.solve(self._inverse.mass(self._inverse.random(count)))
+        for _ in range(2):  # the first time makes lengths alike
+            rest, _ = self._orthogonal(W)
+            W = _times(rest.W, rest.directions()[0])
+        rest, _ = self._orthogonal(W)
+        self._append(rest, count)
+        basis.last = last
+
+    def _good(self) -> Mask:
+        return np.asarray(self.residual <= _TOLERANCE)
+
+    def _converged(self) -> bool:
+        spare = self.residual[self._count : self._wanted]
+        found = len(self.theta) >= self._wanted and bool((spare <= _SPARE_TOLERANCE).all())
+        return found and bool(self._good()[: self._count].all())
+
+
+def _times(columns: Array, coefficients: Array) -> Array:
+    """Combinations of columns that lie one after the other in memory, and so do the results."""
+    return np.asarray((coefficients.T @ columns.T).T)

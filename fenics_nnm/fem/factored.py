@@ -1,0 +1,56 @@
+"""K^-1 and M of a body whose stiffness is factorised, for blocks of columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.fem.block import product, solved
+from fenics_nnm.fem.system import System
+
+
+@dataclass(frozen=True, slots=True)
+class Factored:
+    """The system that is solved, as `block_lanczos.Inverse`.
+
+    Attributes:
+        ksp: Solver with the factors of K.
+        system: Stiffness and mass.
+        comm: Ranks.
+        generator: Of random displacements, of this rank.
+    """
+
+    ksp: PETSc.KSP
+    system: System
+    comm: MPI.Comm
+    generator: np.random.Generator
+
+    @classmethod
+    def of(cls, ksp: PETSc.KSP, system: System, comm: MPI.Comm) -> Factored:
+        """With a generator that gives the same numbers in each run."""
+        return cls(ksp, system, comm, np.random.default_rng(comm.rank))
+
+    @property
+    def rows(self) -> int:
+        """Owned degrees of freedom, n_owned."""
+        return int(self.system.mass.getLocalSize()[0])
+
+    def solve(self, forces: Array) -> Array:
+        """K^-1 f, columns of shape (n_owned, k)."""
+        return solved(self.ksp, forces)
+
+    def mass(self, columns: Array) -> Array:
+        """M u, columns of shape (n_owned, k)."""
+        return product(self.system.mass, columns)
+
+    def inner(self, left: Array, right: Array) -> Array:
+        """a^T b over all ranks."""
+        return np.asarray(self.comm.allreduce(left.T @ right))
+
+    def random(self, count: int) -> Array:
+        """Random columns, other ones at each call, shape (n_owned, count)."""
+        return self.generator.standard_normal((self.rows, count))

@@ -1,9 +1,10 @@
 """Hostile inputs by the hundred: each ends with exit code 0, 1 or 2 and one line, in time.
 
 python3 tests/fuzz.py           every key with 20 values, meshes cut and flipped at 200 places,
-                                100 damaged branch.h5: about an hour
+                                100 damaged branch.h5: about 10 minutes
 python3 tests/fuzz.py --few     a small part of it, as the tests run it
 python3 tests/fuzz.py --only loads      one of its parts: studies, loads, meshes, branches
+python3 tests/fuzz.py --shard 1/2       every second input, for two processes at a time
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain, islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from conftest import BEAM, PLATE, ROD, toml
 from loaded_studies import CAMPBELL, FILES, LOADED, NEW
@@ -283,34 +285,63 @@ def parts(rng: random.Random, few: bool, folder: Path) -> dict[str, Iterator[Inp
     }
 
 
-def fuzz(*, few: bool, seed: int = 1, only: str = "", log: Any = None) -> list[str]:
-    """Run all inputs, or one part; what is wrong, a line each; all that was told goes to a log."""
-    rng = random.Random(seed)
+def ended(server: Server, each: Input, place: Path, log: TextIO | None) -> str:
+    """Run an input in a folder of its own; what is wrong with how it ended, empty if nothing is."""
+    for file, data in each.files.items():
+        (place / file).parent.mkdir(parents=True, exist_ok=True)
+        (place / file).write_bytes(data)
+    code = server.ended(place, each.arguments)
+    told = (place / "told").read_text("utf-8", "replace")
+    if log:
+        print(f"{code} {each.name} | {told.strip()[:600]}", file=log, flush=True)
+    fault = "too slow" if code is None else complaint(code, told)
+    return f"{each.name}: {fault}: {told.strip()[-300:]!r}" if fault else ""
+
+
+def fuzz(
+    *,
+    few: bool,
+    seed: int = 1,
+    only: str = "",
+    shard: tuple[int, int] = (1, 1),
+    log: TextIO | None = None,
+) -> list[str]:
+    """Run all inputs, or those of one part or shard; what is wrong, a line each.
+
+    Args:
+        few: A small part of them.
+        seed: Of the random numbers.
+        only: A part of the program, all without.
+        shard: One of how many shards, from 1: every so many-th input.
+        log: File of all that was told.
+    """
+    number, shards = shard
     wrong = []
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         folder = Path(name)
         server = Server()
+        made = parts(random.Random(seed), few, folder)
+        every = chain.from_iterable(made[part] for part in made if only in ("", part))
         count, slowest = 0, 0.0
-        for part, made in parts(rng, few, folder).items():
-            for each in made if only in ("", part) else ():
-                count += 1
-                place = folder / str(count)
-                for file, data in each.files.items():
-                    (place / file).parent.mkdir(parents=True, exist_ok=True)
-                    (place / file).write_bytes(data)
-                start = time.monotonic()
-                code = server.ended(place, each.arguments)
-                slowest = max(slowest, time.monotonic() - start)
-                told = (place / "told").read_text("utf-8", "replace")
-                if log:
-                    print(f"{code} {each.name} | {told.strip()[:600]}", file=log, flush=True)
-                fault = "too slow" if code is None else complaint(code, told)
-                if fault:
-                    wrong.append(f"{each.name}: {fault}: {told.strip()[-300:]!r}")
-                    print(wrong[-1], flush=True)  # noqa: T201
+        for each in islice(every, number - 1, None, shards):
+            count += 1
+            start = time.monotonic()
+            fault = ended(server, each, folder / str(count), log)
+            slowest = max(slowest, time.monotonic() - start)
+            if fault:
+                wrong.append(fault)
+                print(fault, flush=True)  # noqa: T201
         server.stop()
     print(f"{count} inputs, the slowest {slowest:.1f} s, {len(wrong)} wrong")  # noqa: T201
     return wrong
+
+
+def shard_of(text: str) -> tuple[int, int]:
+    """One of how many shards, as in "1/2"."""
+    number, shards = map(int, text.split("/"))
+    if not 1 <= number <= shards:
+        raise ValueError(f"shard {text}: must be as in 1/2")
+    return number, shards
 
 
 def main() -> int:
@@ -320,6 +351,7 @@ def main() -> int:
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", choices=("studies", "loads", "meshes", "branches"))
+    parser.add_argument("--shard", type=shard_of, default=(1, 1), help="as in 1/2")
     parser.add_argument("--log", type=argparse.FileType("w"), help="file of all that was told")
     arguments = parser.parse_args()
     if arguments.serve:

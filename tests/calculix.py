@@ -2,11 +2,17 @@
 
     python3 tests/calculix.py     # needs ccx, of the package calculix-ccx
 
-writes tests/reference/calculix.json and calculix_joined.json, of nodes that are joined.
+writes tests/reference/calculix.json and calculix_joined.json, of nodes that are joined. Where ccx
+is not in the environment that has dolfinx, in three steps, the second one wherever ccx is:
+
+    environment/run python3 tests/calculix.py --write /tmp/calculix
+    for folder in /tmp/calculix/*; do (cd "$folder" && ccx a); done
+    environment/run python3 tests/calculix.py --read /tmp/calculix
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
 import subprocess
@@ -70,30 +76,64 @@ low, 1, 3
 *END STEP"""
 
 
-def frequencies(name: str) -> list[float]:
-    """The lowest four of CalculiX in Hz."""
-    with tempfile.TemporaryDirectory() as folder:
-        write_inp(mesh(name), Path(folder) / "a.inp", _STEP)
-        return solved(Path(folder))
+def inputs() -> dict[Path, list[str]]:
+    """Names of the beams by the file that keeps their frequencies."""
+    return {KEPT: list(MESHES), KEPT_JOINED: list(JOINED)}
 
 
-def frequencies_joined(name: str) -> list[float]:
-    """Those of one of the beams whose nodes are joined."""
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "a.inp").write_text(joined(name))
-        return solved(Path(folder))
+def written(folder: Path) -> list[Path]:
+    """Write an a.inp for each beam, in a folder of its own below one."""
+    for name in MESHES:
+        place(folder, name).mkdir(parents=True, exist_ok=True)
+        write_inp(mesh(name), place(folder, name) / "a.inp", _STEP)
+    for name in JOINED:
+        place(folder, name).mkdir(parents=True, exist_ok=True)
+        (place(folder, name) / "a.inp").write_text(joined(name))
+    return [place(folder, name) for names in inputs().values() for name in names]
 
 
-def solved(folder: Path) -> list[float]:
-    """The lowest four of the file a.inp in a folder."""
-    subprocess.run(["ccx", "a"], cwd=folder, check=True, capture_output=True)
+def place(folder: Path, name: str) -> Path:
+    """Folder of a beam below one."""
+    return folder / re.sub(r"\W+", "_", name)
+
+
+def frequencies(folder: Path) -> list[float]:
+    """The lowest four that CalculiX wrote for the file a.inp of a folder, in Hz."""
     text = (folder / "a.dat").read_text()
     rows = re.findall(r"^ +\d+ +\S+ +\S+ +(\S+) +\S+ *$", text, re.MULTILINE)
     return [float(row) for row in rows[:4]]
 
 
+def keep(folder: Path) -> None:
+    """Keep what CalculiX wrote."""
+    for path, names in inputs().items():
+        found = {name: frequencies(place(folder, name)) for name in names}
+        path.write_text(json.dumps(found, indent=1) + "\n")
+
+
+def solve(folder: Path) -> None:
+    """Write all files, have ccx solve them, and keep its figures."""
+    for each in written(folder):
+        subprocess.run(["ccx", "a"], cwd=each, check=True, capture_output=True)
+    keep(folder)
+
+
+def main() -> None:
+    """Run the script."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--write", type=Path, metavar="FOLDER", help="write files for ccx only")
+    parser.add_argument("--read", type=Path, metavar="FOLDER", help="read what ccx wrote only")
+    arguments = parser.parse_args()
+    if arguments.write:
+        written(arguments.write)
+    elif arguments.read:
+        keep(arguments.read)
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            solve(Path(folder))
+
+
 if __name__ == "__main__":
-    found = {KEPT: {name: frequencies(name) for name in MESHES}}
-    found[KEPT_JOINED] = {name: frequencies_joined(name) for name in JOINED}
-    for path, values in found.items():
-        path.write_text(json.dumps(values, indent=1) + "\n")
+    main()

@@ -96,8 +96,15 @@ def show(console: Console, text: str) -> None:
     console.print(text, highlight=False, markup=False, soft_wrap=True)
 
 
+def printable(text: str) -> str:
+    """Text without what moves the cursor or turns the writing round: these as escapes."""
+    return "".join(
+        sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text
+    )
+
+
 def complain(message: str) -> None:
     """Write a line to stderr."""
     with suppress(OSError):  # stderr may be a file on a full disk
-        sys.stderr.write(f"fenics-nnm: {message}\n")
+        sys.stderr.write(f"fenics-nnm: {printable(message)}\n")
         sys.stderr.flush()

@@ -29,6 +29,7 @@ class Newton:
         round_off: A residual below this that no step lowers is round-off, and taken as converged.
         leaps: Full steps that may be taken where the line search stalls: the equations are only
             piecewise smooth, and a kink can hide the way down.
+        wildest_leap: A full step to a residual above this ends it.
     """
 
     tolerance: float = 1e-10
@@ -38,6 +39,7 @@ class Newton:
     shortest_fraction: float = 2.0**-10
     round_off: float = 1e-8
     leaps: int = 5
+    wildest_leap: float = float("inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +156,7 @@ class _Iteration:
                 break
             if better is None and leaps < self.options.leaps:
                 leaps += 1
-                better = self.evaluated(trial.at.moved(step, 1.0), trial.forces)
+                better = self.leap(trial, step)
             if better is None:
                 failure = "the line search stalled"
                 break
@@ -201,6 +203,11 @@ class _Iteration:
             longest / max(float(np.linalg.norm(solved.q)), 1e-300),
         )
         return solved.times(-shrink)
+
+    def leap(self, trial: _Trial, step: Unknowns) -> _Trial | None:
+        """A full step, or None where it leads far astray."""
+        leapt = self.evaluated(trial.at.moved(step, 1.0), trial.forces)
+        return leapt if leapt.merit <= self.options.wildest_leap else None
 
     def line_search(self, trial: _Trial, step: Unknowns) -> _Trial | None:
         """The longest of the fractions 1, 1/2, 1/4 ... that lowers the merit, or None."""

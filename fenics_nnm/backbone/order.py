@@ -112,19 +112,16 @@ class FullOrder:
 
     Attributes:
         flexibility: Residual flexibility of the whole model, in SI units.
+        doubt: Why no motion can be verified; or nothing.
     """
 
     flexibility: FlexibilitySource
+    doubt: str = ""
 
     @property
     def has_flow(self) -> bool:
         """The flow would be that of the reduced model."""
         return False
-
-    @property
-    def doubt(self) -> str:
-        """Nothing."""
-        return ""
 
     def assert_fits(self, model: ReducedModel) -> None:
         """Gaps must be positive, and kinematics linear."""

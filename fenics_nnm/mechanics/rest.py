@@ -99,6 +99,10 @@ class RestState:
         """Whether small motions of a mode are linear: it moves no touching point."""
         return not np.any(self._moved(mode) & self.touching)
 
+    def touches(self, mode: int) -> bool:
+        """Whether a mode moves any contact point towards its obstacle."""
+        return not self._is_still(mode)
+
     def amplitude(self, mode: int) -> float:
         """Amplitude at which a linear mode comes to its first event: a point closes or lifts off.
 

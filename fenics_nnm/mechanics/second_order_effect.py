@@ -105,33 +105,43 @@ def frequency_change(model: ReducedModel, mode: int, amplitude: float) -> float:
     """Relative change of the frequency of a master without contact, to second order.
 
     Args:
-        model: Model with second-order kinematics.
+        model: Model with second-order kinematics, whether its contact points carry mass or not.
         mode: Index of the mode.
         amplitude: Its amplitude in kg^1/2 m.
     """
     masters = model.kinematics.masters
-    tensors = model.with_modes(masters).kinematics.tensors
+    tensors = model.kinematics.without_modes(masters, model).tensors
     at, square = int(np.searchsorted(masters, mode)), float(model.omega[mode]) ** 2
     alpha, beta, D = (tensors[name][(at,) * n] for name, n in (("alpha", 3), ("beta", 4), ("D", 4)))
     by_square = 3 * beta / (8 * square) - D / 4 - 5 * alpha**2 / (12 * square**2)
     return float(by_square) * amplitude**2
 
 
-def chosen_kinematics(kind: Kind, effect: Effect) -> KinematicsChoice:
-    """Kinematics that a study asks for, or that it needs.
+def chosen_kinematics(kind: Kind, effect: Effect, hindrance: str = "") -> KinematicsChoice:
+    """Kinematics that a study asks for, or that it needs and can have.
 
     Args:
         kind: What is asked for: linear kinematics, or those that the branch needs.
         effect: What second order changes.
+        hindrance: What second order would need that the study does not have; or nothing.
     """
-    if kind == "auto":
-        limits = f"{100 * CLOSING_CHANGE:g} % and {FREQUENCY_CHANGE:g}"
-        above = "more than" if effect.matters else "no more than"
-        return KinematicsChoice(effect.matters, f"{effect}: {above} {limits}")
-    doubt = ""
-    if abs(effect.at_grazing) > LARGEST_CLOSING_CHANGE:
-        doubt = (
-            "kinematics are linear, and second order would change the closing at grazing by "
-            f"{100 * effect.at_grazing:+.3g} % of the gap"
-        )
-    return KinematicsChoice(False, f"asked for; {effect}", doubt)
+    doubt = _doubt(effect)
+    if kind == "linear":
+        return KinematicsChoice(False, f"asked for; {effect}", doubt)
+    limits = f"{100 * CLOSING_CHANGE:g} % and {FREQUENCY_CHANGE:g}"
+    if not effect.matters:
+        return KinematicsChoice(False, f"{effect}: no more than {limits}", doubt)
+    if hindrance:
+        reason = f"{effect}: more than {limits}, but {hindrance}"
+        return KinematicsChoice(False, reason, doubt)
+    return KinematicsChoice(True, f"{effect}: more than {limits}")
+
+
+def _doubt(effect: Effect) -> str:
+    """Why no point with linear kinematics can be verified, or nothing."""
+    if abs(effect.at_grazing) <= LARGEST_CLOSING_CHANGE:
+        return ""
+    return (
+        "kinematics are linear, and second order would change the closing at grazing by "
+        f"{100 * effect.at_grazing:+.3g} % of the gap"
+    )

@@ -147,7 +147,7 @@ def _varied(
 ) -> dict[int, dict[float, BranchPoint]]:
     """Points by gamma ratio, by number of a source."""
     found: dict[int, dict[float, BranchPoint]] = {}
-    for number in _numbers(source, chosen.study):
+    for number in _numbers(source, chosen):
         at = replace(chosen.study.resolution, **{source: number})
         linear = chosen.linear
         if source == "modes" and number != chosen.study.resolution.modes:
@@ -160,9 +160,10 @@ def _varied(
     return found
 
 
-def _numbers(source: str, study: Study) -> list[int]:
+def _numbers(source: str, chosen: Choice) -> list[int]:
     """Numbers to try, ascending, all that the others allow."""
-    around, least = study.resolution, study.samples_a_harmonic
+    study, bends = chosen.study, bool(chosen.linear.model.kinematics.forces)
+    around, least = study.resolution, 4 if bends or study.cubic else 2
     middle = getattr(around, source)
     numbers = sorted({max(1, round(middle * factor)) for factor in _FACTORS[source]})
     if source == "harmonics":

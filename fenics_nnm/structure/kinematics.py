@@ -1,126 +1,154 @@
-"""Second-order kinematics of a body on a mesh: whether a study needs them, and how it gets them."""
+"""Which kinematics the model of a body has: those that its study asks for, or that it needs."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
-from typing import Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import ModelError
-from fenics_nnm.fem.contact import ContactInterface
-from fenics_nnm.fem.contact_sites import ContactSites
-from fenics_nnm.fem.deflection import BodyDeflection
-from fenics_nnm.fem.linear import operators_of
+from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.modal_solver import ModalSolver
-from fenics_nnm.fem.obstacle_curvature import obstacle_closing
-from fenics_nnm.fem.solid import Solid
 from fenics_nnm.mechanics.second_order_effect import (
     KinematicsChoice,
     chosen_kinematics,
     effect_of,
 )
-from fenics_nnm.reduction.modal_derivatives import (
-    Deflection,
-    with_second_order,
-)
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.bending import Bendable, Bending, bent
 from fenics_nnm.structure.motions import wanted_motions
-from fenics_nnm.structure.point_choice import Choices, chosen_of
 from fenics_nnm.study import MeshStudy
 
-
-class Bendable(Protocol):
-    """A body with its contact points and its reduced model."""
-
-    @property
-    def solid(self) -> Solid:
-        """Assembled body."""
-
-    @property
-    def interface(self) -> ContactInterface:
-        """Contact points."""
-
-    @property
-    def sites(self) -> ContactSites:
-        """Vertices of the contact patches."""
-
-    @property
-    def choices(self) -> Choices:
-        """Which of them are contact points."""
-
-    @property
-    def reduction(self) -> Reduction:
-        """Reduced model, and the way back to the body."""
+Reached = Callable[[MeshStudy, LinearAnalysis], float]
+"""Largest energy of a branch over that of grazing with linear kinematics."""
 
 
-def reduction_with_kinematics(
-    study: MeshStudy, linear: Bendable, solver: ModalSolver, stages: Stages
-) -> Reduction:
-    """The reduction with the kinematics that a study asks for, or that it needs; on all ranks.
+def asked_of_study(study: MeshStudy, linear: LinearAnalysis) -> float:
+    """Largest gamma ratio that a study asks for; 1 if it asks for frequencies."""
+    by_frequency = study.continuation.stepping == "frequency"
+    return 1.0 if by_frequency else wanted_motions(study).largest_ratio
+
+
+def bending_of(study: MeshStudy, body: Bendable, solver: ModalSolver, stages: Stages) -> Bending:
+    """The models of a body that its study can have; to be called on all ranks.
 
     Args:
         study: Study.
-        linear: All that is linear of its body.
+        body: Body with its linear reduced model.
         solver: Solver of its stiffness, whose factors serve the modal derivatives too.
         stages: Timings and progress.
 
     Raises:
-        ModelError: if a master is no mode of the model, or the model cannot bend.
+        ModelError: if second order is asked for, and gaps are not positive.
+    """
+    straight = body.reduction
+    if study.body.kinematics == "second-order":
+        _assert_open(straight)
+        with stages.stage("second order"):
+            return Bending(straight, bent(body, _masters(study, straight), solver))
+    if _why_unknown(study, straight):
+        return Bending(straight, straight)
+    with stages.stage("second order"):
+        return Bending(straight, bent(body, np.array([study.mode.number - 1]), solver))
+
+
+def chosen_kind(
+    study: MeshStudy, bending: Bending, linear: LinearAnalysis, reached: Reached
+) -> KinematicsChoice:
+    """The kinematics that a study asks for, or that it needs; to be called on all ranks.
+
+    Args:
+        study: Study.
+        bending: Models to choose from.
+        linear: Its body with linear kinematics.
+        reached: Largest energy of the branch.
     """
     kind, mode = study.body.kinematics, study.mode.number - 1
-    reduction = linear.reduction
-    if kind is None:
-        return reduction
-    model = reduction.model
-    if not model.massless or model.gap.min() <= 0:
-        return _unbent(reduction, kind)
-    with stages.stage("second order"):
-        masters = np.array(study.body.masters or (study.mode.number,)) - 1
-        if masters[-1] >= model.modes:
-            raise ModelError(
-                f"body.masters: {masters[-1] + 1} must not be above the number of modes, "
-                f"{model.modes}"
-            )
-        if kind == "second-order":
-            return _bent(linear, masters, solver)
-        followed = np.array([mode])
-        bent = _bent(linear, followed, solver)
-        choice = chosen_kinematics(kind, effect_of(bent.model, mode, _largest_ratio(study)))
-        if choice.second_order and not np.array_equal(masters, followed):
-            bent = _bent(linear, masters, solver)
-    return replace(bent if choice.second_order else reduction, choice=choice)
+    if kind == "second-order":
+        return bending.bent.choice
+    unknown = _why_unknown(study, bending.straight)
+    if unknown:
+        return KinematicsChoice(False, unknown)
+    hindrance = _hindrance(study, linear)
+    if not bending.straight.model.at_rest().touches(mode):
+        return _of_touch_in_second_order(study, bending, hindrance)
+    effect = effect_of(bending.bent.model, mode, reached(study, linear))
+    return chosen_kinematics(kind, effect, hindrance)
 
 
-def deflection_of(linear: Bendable) -> Deflection:
-    """What large deflection adds to the internal force of a body, and its curved obstacles."""
-    body, chosen = BodyDeflection(linear.solid), chosen_of(linear.choices)
-    obstacle = partial(obstacle_closing, linear.interface, linear.sites, chosen)
-    return Deflection(body.second, body.third, obstacle)
+def in_choice(
+    study: MeshStudy,
+    bending: Bending,
+    choice: KinematicsChoice,
+    body: Bendable,
+    solver: ModalSolver,
+) -> Reduction:
+    """The model of a choice, with all masters of its study; to be called on all ranks."""
+    if not choice.second_order:
+        return replace(bending.straight, choice=choice)
+    masters, found = _masters(study, bending.straight), bending.bent
+    if not np.array_equal(masters, bending.masters):
+        found = bent(body, masters, solver)
+    return replace(found, choice=choice)
 
 
-def _bent(linear: Bendable, masters: Indices, solver: ModalSolver) -> Reduction:
-    operators = operators_of(linear.solid, linear.interface, solver)
-    return with_second_order(linear.reduction, masters, operators, deflection_of(linear))
-
-
-def _unbent(reduction: Reduction, kind: str) -> Reduction:
-    """Linear kinematics of a model that has no others.
+def _masters(study: MeshStudy, straight: Reduction) -> Indices:
+    """Places of the masters of a study.
 
     Raises:
-        ModelError: if others are asked for.
+        ModelError: if one is no mode of the model.
     """
-    reason = "second order needs the massless reduction and gaps that are positive"
-    if kind == "second-order":
-        raise ModelError(f'body.kinematics = "second-order": {reason}')
-    choice = KinematicsChoice(False, f"what second order changes is not known: {reason}")
-    return replace(reduction, choice=choice)
+    masters, modes = study.body.masters or (study.mode.number,), straight.model.modes
+    if masters[-1] > modes:
+        raise ModelError(
+            f"body.masters: {masters[-1]} must not be above the number of modes, {modes}"
+        )
+    return np.array(masters) - 1
 
 
-def _largest_ratio(study: MeshStudy) -> float:
-    """Largest energy that a study asks for, over that of grazing; 1 if it asks for frequencies."""
-    by_frequency = study.continuation.stepping == "frequency"
-    return 1.0 if by_frequency else wanted_motions(study).largest_ratio
+def _assert_open(straight: Reduction) -> None:
+    """Refuse second order with gaps that are not positive.
+
+    Raises:
+        ModelError: if there are some.
+    """
+    if straight.model.gap.min() <= 0:
+        raise ModelError(
+            'body.kinematics = "second-order": second order needs gaps that are positive'
+        )
+
+
+def _why_unknown(study: MeshStudy, straight: Reduction) -> str:
+    """Why it is not known what second order changes, or nothing."""
+    if study.body.theory == "rod":
+        return "a rod does not bend"
+    if straight.model.gap.min() <= 0:
+        return "what second order changes is not known where gaps are not positive"
+    return ""
+
+
+def _hindrance(study: MeshStudy, linear: LinearAnalysis) -> str:
+    """What second order would need that a study does not have, or nothing."""
+    harmonics, samples = study.mode.harmonics, study.mode.samples
+    if study.full_order:
+        return "full order is linear but for contact"
+    if study.carries_mass:
+        return 'second order needs reduction.method = "massless"'
+    if linear.solid.system.keys:
+        return f"constraints ({linear.solid.system.keys[0]}) are those of small rotations"
+    if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
+        return f"second order needs mode.samples above 4 mode.harmonics = {4 * int(harmonics)}"
+    return ""
+
+
+def _of_touch_in_second_order(
+    study: MeshStudy, bending: Bending, hindrance: str
+) -> KinematicsChoice:
+    """The kinematics of a mode that moves no contact point in first order."""
+    reason = f"mode {study.mode.number} moves no contact point towards its obstacle in first order"
+    touches = bending.bent.model.at_rest().touches(study.mode.number - 1)
+    takes = study.body.kinematics == "auto" and touches and not hindrance
+    return KinematicsChoice(takes, f"{reason}; {hindrance}" if hindrance else reason)

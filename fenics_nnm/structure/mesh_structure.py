@@ -33,13 +33,20 @@ from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.bending import Bending
 from fenics_nnm.structure.body import body_of, excitations_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.group_table import facet_counts, group_table
-from fenics_nnm.structure.kinematics import reduction_with_kinematics
+from fenics_nnm.structure.kinematics import (
+    Reached,
+    asked_of_study,
+    bending_of,
+    chosen_kind,
+    in_choice,
+)
 from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.load_lines import load_lines
 from fenics_nnm.structure.loading import assert_followers_apart, assert_off_axis, loads_of
@@ -147,11 +154,13 @@ class Assembled:
         study: Study.
         solid: Assembled body.
         sites: Vertices of the contact patches.
+        reached: Largest energy of its branch, which decides about its kinematics.
     """
 
     study: MeshStudy
     solid: Solid
     sites: ContactSites
+    reached: Reached = asked_of_study
 
     @property
     def mode(self) -> int:
@@ -170,10 +179,12 @@ class MeshLinear(LinearAnalysis):
     Attributes:
         sites: Vertices of the contact patches.
         choices: Which of them are contact points.
+        bending: Reduced models with one kind of kinematics and the other.
     """
 
     sites: ContactSites
     choices: Choices
+    bending: Bending
 
     @property
     def body(self) -> LinearAnalysis:
@@ -185,9 +196,7 @@ class MeshLinear(LinearAnalysis):
         return replace(self, modes=modes, reduction=reduction)
 
     def with_contact(self, study: MeshStudy) -> MeshLinear | None:
-        """As `Linear.with_contact`; second-order kinematics depend on gaps, mode and energies."""
-        if study.body.kinematics is not None:
-            return None
+        """As `Linear.with_contact`; second order depends on gaps, mode and energies."""
         patches = contact_patches(study.contact, self.solid.tagged)
         new = Assembled(study, self.solid, contact_sites(self.solid, patches))
         if not _same_rows(new.sites, self.sites):
@@ -197,10 +206,25 @@ class MeshLinear(LinearAnalysis):
         interface = new.interface(choices)
         if not _same_rows(interface, self.interface):
             return None
-        reduction = self.reduction.with_gap(interface.gap)
-        found = MeshLinear(self.solid, interface, self.modes, reduction, new.sites, choices)
-        same = same_points(found.better_choices(new.mode), choices)
-        return found if same else None
+        moved = replace(self, interface=interface, sites=new.sites, choices=choices)
+        found = moved.rechosen(study)
+        if found is None:
+            return None
+        return found if same_points(found.better_choices(new.mode), choices) else None
+
+    def rechosen(self, study: MeshStudy) -> MeshLinear | None:
+        """The same with the gaps of its interface; None if another mode bends it, or it must bend.
+
+        To be called on all ranks.
+        """
+        bending, mode = self.bending.at_gaps(self), study.mode.number - 1
+        if study.body.kinematics == "second-order" or np.any(bending.masters != mode):
+            return None
+        straight = replace(self, reduction=bending.straight, bending=bending)
+        choice = chosen_kind(study, bending, straight, asked_of_study)
+        if choice.second_order:
+            return None
+        return replace(straight, reduction=replace(bending.straight, choice=choice))
 
     def better_choices(self, mode: int) -> Choices:
         """Contact points that the followed mode, of an index from 0, asks for about rest."""
@@ -335,9 +359,12 @@ def _reduced_at(
         else:
             forces = _interface_forces(study, solid, interface)
             reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
-    straight = MeshLinear(solid, interface, modes, reduction, assembled.sites, choices)
-    bent = reduction_with_kinematics(study, straight, solver, stages)
-    return replace(straight, reduction=bent)
+    either = Bending(reduction, reduction)
+    straight = MeshLinear(solid, interface, modes, reduction, assembled.sites, choices, either)
+    bending = bending_of(study, straight, solver, stages)
+    choice = chosen_kind(study, bending, straight, assembled.reached)
+    found = in_choice(study, bending, choice, straight, solver)
+    return replace(straight, reduction=found, bending=bending)
 
 
 def _settled(reduced: Callable[[Choices], MeshLinear], choices: Choices, mode: int) -> MeshLinear:

@@ -67,7 +67,12 @@ class Prepared:
     def reduced_order(self) -> ReducedOrder:
         """Equations of the reduced model, with all forces that it has."""
         reduction = self.linear.reduction
-        return ReducedOrder(reduction.truncation, reduction.forces, reduction.choice.doubt)
+        return ReducedOrder(reduction.truncation, reduction.forces, self._doubt)
+
+    @property
+    def _doubt(self) -> str:
+        """Why no motion can be verified, or nothing."""
+        return self.linear.reduction.choice.doubt
 
     def warnings(self) -> tuple[str, ...]:
         """What looks like a wrong unit or direction, a line each; to be called on all ranks."""
@@ -109,7 +114,7 @@ class Prepared:
                 wanted,
                 self.balance,
                 mode=self.mode,
-                order=FullOrder(flexibility) if flexibility else self.reduced_order,
+                order=FullOrder(flexibility, self._doubt) if flexibility else self.reduced_order,
                 shooting=self.study.continuation.shooting,
                 progress=progress,
             )

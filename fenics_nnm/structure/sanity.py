@@ -21,10 +21,6 @@ from fenics_nnm.study.messages import shown
 #: Gap or interference, and motion at first contact, over the body's largest dimension.
 MOST_GAP, MOST_MOTION = 0.05, 0.1
 
-#: A slender body that bends by a draws its end in by this times a^2 over its length; and the part
-#: of the gap above which that is warned about.
-DRAWN_IN, MOST_DRAWN_IN = 0.58, 0.05
-
 #: Largest dimension of a body in m; Young's moduli in Pa; densities in kg/m^3.
 SIZES, MODULI, DENSITIES = (1e-5, 100.0), (1e5, 2e12), (1.0, 3e4)
 
@@ -110,7 +106,6 @@ def _of_motion(study: MeshStudy, linear: LinearAnalysis, mode: int, size: float)
         amplitude * rest.shapes[:, mode], amplitude * rest.pull[:, mode]
     )
     if moved <= MOST_MOTION * size:
-        yield from _of_deflection(study, linear, moved, size)
         return
     place = f"contact.reference_displacement = {study.contact.reference_displacement} m"
     if rest.is_linear(mode):
@@ -120,22 +115,6 @@ def _of_motion(study: MeshStudy, linear: LinearAnalysis, mode: int, size: float)
         f"{place}: the largest motion at gamma ratio 1 is {moved:.4g} m, {_share(moved, size)}, "
         f"which is not small: {_advice(study)}, contact.direction and mode.number = {mode + 1}"
     )
-
-
-def _of_deflection(
-    study: MeshStudy, linear: LinearAnalysis, moved: float, size: float
-) -> Iterator[str]:
-    """Bending that draws contact points in by more than a small part of their gap."""
-    gap = float(linear.interface.gap.min())
-    drawn_in = DRAWN_IN * moved**2 / size
-    bends = study.body.theory != "rod" and linear.model.massless
-    if bends and study.body.kinematics is None and 0 < MOST_DRAWN_IN * gap < drawn_in:
-        yield (
-            "body.kinematics: is not given, so deflection is taken as small; but the largest "
-            f"motion at gamma ratio 1 is {moved:.4g} m, and bending by that draws the end of a "
-            f"body of {size:.4g} m in by about {drawn_in:.2g} m, {100 * drawn_in / gap:.2g} % of "
-            'the smallest gap: "auto" finds out and follows it'
-        )
 
 
 def _of_directions(study: MeshStudy, linear: LinearAnalysis, size: float) -> Iterator[str]:

@@ -16,10 +16,10 @@ class _Body(Record):
     """What every body has."""
 
     degree: OneOrTwo = Field(2, description="polynomial degree of the displacement")
-    kinematics: Literal["linear", "second-order", "auto"] | None = Field(
-        None,
+    kinematics: Literal["linear", "second-order", "auto"] = Field(
+        "auto",
         description='"second-order": large deflection; "linear": small deflection, and what second '
-        'order would change; "auto": second order where it matters; small deflection without',
+        'order would change; "auto": second order where it matters',
     )
     masters: Annotated[tuple[Count, ...], FromList] | None = Field(
         None,
@@ -31,8 +31,8 @@ class _Body(Record):
     def _masters_bend(self) -> _Body:
         if self.masters is None:
             return self
-        if self.kinematics in (None, "linear"):
-            raise ValueError('masters: has no effect without kinematics = "second-order" or "auto"')
+        if self.kinematics == "linear":
+            raise ValueError('masters: has no effect with kinematics = "linear"')
         if not self.masters or list(self.masters) != sorted(set(self.masters)):
             raise ValueError(
                 f"masters = {list(self.masters)}: must be numbers of modes, ascending, one or more"

@@ -224,8 +224,13 @@ class _SprungStudy(_AnyStudy):
 
     @property
     def bends(self) -> bool:
-        """Whether second-order kinematics are asked for, or may be needed."""
+        """Whether there are terms of second-order kinematics, or these are asked for."""
         return False
+
+    @property
+    def may_bend(self) -> bool:
+        """Whether there are such terms, or they may be needed."""
+        return self.bends
 
     @property
     def cubic(self) -> bool:
@@ -235,7 +240,7 @@ class _SprungStudy(_AnyStudy):
     @property
     def samples_a_harmonic(self) -> int:
         """What the number of samples over that of harmonics must be above: 4 with polynomials."""
-        return 4 if self.bends or self.cubic else 2
+        return 4 if self.may_bend or self.cubic else 2
 
     @property
     def rotates(self) -> bool:
@@ -319,8 +324,14 @@ class MeshStudy(_SprungStudy):
 
     @property
     def bends(self) -> bool:
-        """Whether second-order kinematics are asked for, or may be needed."""
-        return self.body.kinematics in ("second-order", "auto")
+        """Whether second-order kinematics are asked for."""
+        return self.body.kinematics == "second-order"
+
+    @property
+    def may_bend(self) -> bool:
+        """Whether second-order kinematics are asked for, or may be needed and can be had."""
+        needs = self.body.kinematics == "auto" and self.body.theory != "rod"
+        return self.bends or (needs and not self.carries_mass and not self.full_order)
 
     @model_validator(mode="after")
     def _masters_are_kept(self) -> MeshStudy:

@@ -19,7 +19,7 @@ from fenics_nnm.fem.obstacle_curvature import obstacle_closing
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.modal_derivatives import ModalDerivatives, modal_derivatives
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.kinematics import deflection_of
+from fenics_nnm.structure.bending import deflection_of
 from fenics_nnm.structure.mesh_structure import MeshLinear, MeshStructure
 from fenics_nnm.structure.point_choice import chosen_of
 from fenics_nnm.study import MeshStudy, study_from

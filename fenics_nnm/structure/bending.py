@@ -1,0 +1,105 @@
+"""Second-order kinematics of a body: how it gets them, and for which gaps they hold as well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Protocol
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.fem.contact import ContactInterface
+from fenics_nnm.fem.contact_sites import ContactSites
+from fenics_nnm.fem.deflection import BodyDeflection
+from fenics_nnm.fem.linear import operators_of
+from fenics_nnm.fem.modal_solver import ModalSolver
+from fenics_nnm.fem.obstacle_curvature import obstacle_closing
+from fenics_nnm.fem.solid import Solid
+from fenics_nnm.mechanics.pairs import Pairs
+from fenics_nnm.mechanics.second_order import SecondOrder
+from fenics_nnm.reduction.modal_derivatives import Deflection, with_second_order
+from fenics_nnm.reduction.reduction import Reduction
+from fenics_nnm.structure.point_choice import Choices, chosen_of
+
+
+class Bendable(Protocol):
+    """A body with its contact points and its reduced model."""
+
+    @property
+    def solid(self) -> Solid:
+        """Assembled body."""
+
+    @property
+    def interface(self) -> ContactInterface:
+        """Contact points."""
+
+    @property
+    def sites(self) -> ContactSites:
+        """Vertices of the contact patches."""
+
+    @property
+    def choices(self) -> Choices:
+        """Which of them are contact points."""
+
+    @property
+    def reduction(self) -> Reduction:
+        """Reduced model, and the way back to the body."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bending:
+    """Reduced models of a body to choose from.
+
+    Attributes:
+        straight: With linear kinematics.
+        bent: With second-order kinematics of the followed mode, or of the masters of the study;
+            `straight` where there are none.
+    """
+
+    straight: Reduction
+    bent: Reduction
+
+    @property
+    def masters(self) -> Indices:
+        """Places of the modes that bend the body, none where that is not known."""
+        return self.bent.model.kinematics.masters
+
+    def at_gaps(self, body: Bendable) -> Bending:
+        """The same with the gaps and obstacles of a body whose contact points have the same rows.
+
+        Args:
+            body: The body with its new contact points; its reduction does not matter.
+        """
+        gap = body.interface.gap
+        straight = self.straight.with_gap(gap)
+        if not len(self.masters):
+            return Bending(straight, straight)
+        bent, tensors = self.bent.with_gap(gap), self.bent.model.kinematics.tensors
+        order = SecondOrder(self.masters, **{**tensors, "Theta": self._closing(body)})
+        return Bending(straight, replace(bent, model=replace(bent.model, kinematics=order)))
+
+    def _closing(self, body: Bendable) -> Array:
+        """Second derivatives of the closing of contact points by the masters, (n_c, k, k)."""
+        place, phi = Pairs.of(len(self.masters)).place, self.bent.shapes[:, self.masters]
+        moved = body.interface.displacement(self.bent.bent_shapes)[:, place]
+        return moved + _obstacle(body, phi)
+
+
+def bent(body: Bendable, masters: Indices, solver: ModalSolver) -> Reduction:
+    """The reduction of a body with second-order kinematics of some masters; on all ranks.
+
+    Raises:
+        ModelError: if its internal force has no potential.
+    """
+    operators = operators_of(body.solid, body.interface, solver)
+    return with_second_order(body.reduction, masters, operators, deflection_of(body))
+
+
+def deflection_of(body: Bendable) -> Deflection:
+    """What large deflection adds to the internal force of a body, and its curved obstacles."""
+    forces = BodyDeflection(body.solid)
+    return Deflection(forces.second, forces.third, partial(_obstacle, body))
+
+
+def _obstacle(body: Bendable, shapes: Array) -> Array:
+    """How much the curvature of obstacles closes contact points, shape (n_c, k, k)."""
+    return obstacle_closing(body.interface, body.sites, chosen_of(body.choices), shapes)

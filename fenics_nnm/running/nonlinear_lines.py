@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from mpi4py import MPI
 
@@ -19,7 +20,12 @@ from fenics_nnm.running.campbell_journal import CampbellJournal, Done, key_of
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
 from fenics_nnm.structure.motions import assert_without_coriolis
-from fenics_nnm.structure.motions_at_speed import MotionAtSpeed, Quantity, Target
+from fenics_nnm.structure.motions_at_speed import (
+    MotionAtSpeed,
+    Quantity,
+    ReachedByTargets,
+    Target,
+)
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import Study
 from fenics_nnm.study.error_keys import one_line
@@ -72,11 +78,12 @@ class NonlinearLines:
         if not self.targets:
             return ()
         found = self._resolution if study.automatic else None
+        asked = partial(analyse, reached=ReachedByTargets(self.targets))
         key = on_root(self.comm, key_of, study, self.targets, found)
         done = on_root(self.comm, self.journal.known.get, key)
         if done is None:
             try:
-                chosen = choice(study, self.comm, found=self._resolution, analyse=analyse)
+                chosen = choice(study, self.comm, found=self._resolution, analyse=asked)
                 done = Done(self._followed(chosen.prepared), chosen.study.resolution)
             except (ConvergenceError, ModelError) as error:
                 return tuple(MotionAtSpeed(each, FAILED, one_line(error)) for each in self.targets)

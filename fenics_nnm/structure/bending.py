@@ -52,16 +52,24 @@ class Bending:
     Attributes:
         straight: With linear kinematics.
         bent: With second-order kinematics of the followed mode, or of the masters of the study;
-            `straight` where there are none.
+            `straight` where there are none. Of the followed mode alone where contact points carry
+            mass, as the other modes are not those of the body then.
+        mode: Index of the followed mode of `straight`.
     """
 
     straight: Reduction
     bent: Reduction
+    mode: int
 
     @property
     def masters(self) -> Indices:
         """Places of the modes that bend the body, none where that is not known."""
         return self.bent.model.kinematics.masters
+
+    @property
+    def own(self) -> int:
+        """Index of the followed mode of `bent`."""
+        return min(self.mode, self.bent.model.modes - 1)
 
     def at_gaps(self, body: Bendable) -> Bending:
         """The same with the gaps and obstacles of a body whose contact points have the same rows.
@@ -72,10 +80,11 @@ class Bending:
         gap = body.interface.gap
         straight = self.straight.with_gap(gap)
         if not len(self.masters):
-            return Bending(straight, straight)
+            return Bending(straight, straight, self.mode)
         bent, tensors = self.bent.with_gap(gap), self.bent.model.kinematics.tensors
         order = SecondOrder(self.masters, **{**tensors, "Theta": self._closing(body)})
-        return Bending(straight, replace(bent, model=replace(bent.model, kinematics=order)))
+        found = replace(bent, model=replace(bent.model, kinematics=order))
+        return Bending(straight, found, self.mode)
 
     def _closing(self, body: Bendable) -> Array:
         """Second derivatives of the closing of contact points by the masters, (n_c, k, k)."""
@@ -84,14 +93,22 @@ class Bending:
         return moved + _obstacle(body, phi)
 
 
-def bent(body: Bendable, masters: Indices, solver: ModalSolver) -> Reduction:
-    """The reduction of a body with second-order kinematics of some masters; on all ranks.
+def bent(body: Bendable, reduction: Reduction, masters: Indices, solver: ModalSolver) -> Reduction:
+    """A linear reduction of a body with second-order kinematics of some masters; on all ranks.
 
     Raises:
         ModelError: if its internal force has no potential.
     """
     operators = operators_of(body.solid, body.interface, solver)
-    return with_second_order(body.reduction, masters, operators, deflection_of(body))
+    return with_second_order(reduction, masters, operators, deflection_of(body))
+
+
+def of_mode_alone(reduction: Reduction, mode: int) -> Reduction:
+    """A reduction with one of its modes, and nothing that follows it."""
+    model = reduction.model
+    omega, Phi = model.omega[[mode]], model.Phi[:, [mode]]
+    alone = replace(model, omega=omega, Phi=Phi)
+    return replace(reduction, model=alone, shapes=reduction.shapes[:, [mode]])
 
 
 def deflection_of(body: Bendable) -> Deflection:

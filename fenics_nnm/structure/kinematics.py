@@ -18,7 +18,7 @@ from fenics_nnm.mechanics.second_order_effect import (
 )
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.bending import Bendable, Bending, bent
+from fenics_nnm.structure.bending import Bendable, Bending, bent, of_mode_alone
 from fenics_nnm.structure.motions import wanted_motions
 from fenics_nnm.study import MeshStudy
 
@@ -44,15 +44,27 @@ def bending_of(study: MeshStudy, body: Bendable, solver: ModalSolver, stages: St
     Raises:
         ModelError: if second order is asked for, and gaps are not positive.
     """
-    straight = body.reduction
+    straight, mode = body.reduction, study.mode.number - 1
     if study.body.kinematics == "second-order":
         _assert_open(straight)
         with stages.stage("second order"):
-            return Bending(straight, bent(body, _masters(study, straight), solver))
+            masters = _masters(study, straight)
+            return Bending(straight, bent(body, straight, masters, solver), mode)
     if _why_unknown(study, straight):
-        return Bending(straight, straight)
+        return Bending(straight, straight, mode)
     with stages.stage("second order"):
-        return Bending(straight, bent(body, np.array([study.mode.number - 1]), solver))
+        if straight.model.massless:
+            return Bending(straight, bent(body, straight, np.array([mode]), solver), mode)
+        alone = of_mode_alone(straight, mode)
+        return Bending(straight, bent(body, alone, np.array([0]), solver), mode)
+
+
+def can_choose(study: MeshStudy, bending: Bending) -> bool:
+    """Whether it is known from the models of another study what this one needs."""
+    if study.body.kinematics == "second-order":
+        return False
+    same = len(bending.masters) > 0 and bending.mode == study.mode.number - 1
+    return same or bool(_why_unknown(study, bending.straight))
 
 
 def chosen_kind(
@@ -66,16 +78,16 @@ def chosen_kind(
         linear: Its body with linear kinematics.
         reached: Largest energy of the branch.
     """
-    kind, mode = study.body.kinematics, study.mode.number - 1
+    kind = study.body.kinematics
     if kind == "second-order":
         return bending.bent.choice
     unknown = _why_unknown(study, bending.straight)
     if unknown:
         return KinematicsChoice(False, unknown)
     hindrance = _hindrance(study, linear)
-    if not bending.straight.model.at_rest().touches(mode):
+    if not bending.straight.model.at_rest().touches(bending.mode):
         return _of_touch_in_second_order(study, bending, hindrance)
-    effect = effect_of(bending.bent.model, mode, reached(study, linear))
+    effect = effect_of(bending.bent.model, bending.own, reached(study, linear))
     return chosen_kinematics(kind, effect, hindrance)
 
 
@@ -91,7 +103,7 @@ def in_choice(
         return replace(bending.straight, choice=choice)
     masters, found = _masters(study, bending.straight), bending.bent
     if not np.array_equal(masters, bending.masters):
-        found = bent(body, masters, solver)
+        found = bent(body, bending.straight, masters, solver)
     return replace(found, choice=choice)
 
 
@@ -149,6 +161,6 @@ def _of_touch_in_second_order(
 ) -> KinematicsChoice:
     """The kinematics of a mode that moves no contact point in first order."""
     reason = f"mode {study.mode.number} moves no contact point towards its obstacle in first order"
-    touches = bending.bent.model.at_rest().touches(study.mode.number - 1)
+    touches = bending.bent.model.at_rest().touches(bending.own)
     takes = study.body.kinematics == "auto" and touches and not hindrance
     return KinematicsChoice(takes, f"{reason}; {hindrance}" if hindrance else reason)

@@ -44,6 +44,7 @@ from fenics_nnm.structure.kinematics import (
     Reached,
     asked_of_study,
     bending_of,
+    can_choose,
     chosen_kind,
     in_choice,
 )
@@ -213,12 +214,12 @@ class MeshLinear(LinearAnalysis):
         return found if same_points(found.better_choices(new.mode), choices) else None
 
     def rechosen(self, study: MeshStudy) -> MeshLinear | None:
-        """The same with the gaps of its interface; None if another mode bends it, or it must bend.
+        """The same with the gaps of its interface; None if second order is needed, or not known.
 
         To be called on all ranks.
         """
-        bending, mode = self.bending.at_gaps(self), study.mode.number - 1
-        if study.body.kinematics == "second-order" or np.any(bending.masters != mode):
+        bending = self.bending.at_gaps(self)
+        if not can_choose(study, bending):
             return None
         straight = replace(self, reduction=bending.straight, bending=bending)
         choice = chosen_kind(study, bending, straight, asked_of_study)
@@ -359,7 +360,7 @@ def _reduced_at(
         else:
             forces = _interface_forces(study, solid, interface)
             reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
-    either = Bending(reduction, reduction)
+    either = Bending(reduction, reduction, assembled.mode)
     straight = MeshLinear(solid, interface, modes, reduction, assembled.sites, choices, either)
     bending = bending_of(study, straight, solver, stages)
     choice = chosen_kind(study, bending, straight, assembled.reached)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+
+from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.study import MeshStudy
 
 
 class Quantity(Enum):
@@ -33,6 +37,32 @@ class Target:
     def __str__(self) -> str:
         """Its value with its unit."""
         return f"{self.value:g} {self.quantity.unit}"
+
+
+@dataclass(frozen=True, slots=True)
+class ReachedByTargets:
+    """Largest energy of nonlinear lines, which decides about the kinematics of a body.
+
+    Attributes:
+        targets: The lines.
+    """
+
+    targets: Sequence[Target]
+
+    def __call__(self, study: MeshStudy, linear: LinearAnalysis) -> float:
+        """Its ratio to that of grazing with linear kinematics; to be called on all ranks."""
+        mode = study.mode.number - 1
+        rest = linear.model.at_rest()
+        amplitude, shape = rest.amplitude(mode), rest.shapes[:, mode]
+        grazing = {
+            Quantity.ENERGY: float(rest.omega[mode] * amplitude) ** 2 / 2,
+            Quantity.AMPLITUDE: linear.largest_displacement(
+                amplitude * shape, amplitude * rest.pull[:, mode]
+            ),
+        }
+        powers = {Quantity.ENERGY: 1, Quantity.AMPLITUDE: 2}
+        ratios = [(e.value / grazing[e.quantity]) ** powers[e.quantity] for e in self.targets]
+        return max(ratios)
 
 
 @dataclass(frozen=True, slots=True)

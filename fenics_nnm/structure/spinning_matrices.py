@@ -17,7 +17,8 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.structure.matrix_structure import MatrixStructure
 from fenics_nnm.structure.spinning import SPARE, Spin
-from fenics_nnm.study import MatrixStudy
+from fenics_nnm.structure.structure import Linear
+from fenics_nnm.study import MatrixStudy, Study
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,7 @@ class SpinningMatrices:
         matrices = self.study.matrices.model_copy(update={"speed": speed})
         study = self.study.model_copy(update={"matrices": matrices})
         kept, hertz, shapes, gap = on_root(self.comm, self._modes, study, count, before)
-        return Spin(study, linear_analysis, kept, hertz, shapes, gap)
+        return Spin(study, _analyse, kept, hertz, shapes, gap)
 
     def _modes(
         self, study: MatrixStudy, count: int, before: Array | None
@@ -57,6 +58,18 @@ class SpinningMatrices:
             raise ConvergenceError(str(error)) from error
         kept = same_modes(before.T @ (matrices.M @ found.shapes))
         return kept, found.frequencies[kept], found.shapes[:, kept], float(matrices.gap.min())
+
+
+def _analyse(
+    study: Study,
+    comm: MPI.Comm,
+    stages: Stages | None = None,
+    *,
+    at_most: int | None = None,
+    reached: object = None,
+) -> Linear:
+    """As `linear_analysis`; terms of matrices are theirs, however far a branch goes."""
+    return linear_analysis(study, comm, stages, at_most=at_most)
 
 
 def _lowest(matrices: Matrices, count: int) -> tuple[Indices, Array, Array, float]:

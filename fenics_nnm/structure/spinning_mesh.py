@@ -22,6 +22,7 @@ from fenics_nnm.reduction.mode_lines import same_modes
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import with_reference
 from fenics_nnm.structure.contact_patches import contact_patches
+from fenics_nnm.structure.kinematics import Reached, asked_of_study
 from fenics_nnm.structure.loading import loads_of
 from fenics_nnm.structure.mesh_structure import Assembled, MeshStructure
 from fenics_nnm.structure.point_choice import evenly_spread
@@ -80,8 +81,9 @@ def _analysing(assembled: Assembled) -> Any:
         stages: Stages | None = None,
         *,
         at_most: int | None = None,
+        reached: Reached = asked_of_study,
     ) -> Linear:
-        body = replace(assembled, study=study)
+        body = replace(assembled, study=study, reached=reached)
         found = MeshStructure(study).reduced(body, stages or Stages(), at_most=at_most)
         return with_reference(found, study)
 

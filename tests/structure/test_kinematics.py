@@ -7,18 +7,22 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from conftest import PLATE, Ended, changed
+from conftest import PLATE, ROD, Ended, changed
 from mpi4py import MPI
 
 from fenics_nnm.backbone.point import CONVERGED, VERIFIED
 from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.output.html_report.words import sentences
 from fenics_nnm.output.pictures.results import read_results
+from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import linear_analysis, prepared
 from fenics_nnm.structure.kinematics_lines import kinematics_lines
+from fenics_nnm.structure.motions_at_speed import Quantity, ReachedByTargets, Target
 from fenics_nnm.structure.prepared import Prepared
-from fenics_nnm.study import study_from
+from fenics_nnm.structure.spinning_mesh import SpinningMesh
+from fenics_nnm.study import MeshStudy, study_from
 
 #: Its tip can touch beyond its end, 10 degrees off the axis: bending opens the gap again.
 SLENDER: dict[str, Any] = changed(
@@ -44,21 +48,16 @@ def body(kinematics: str | None, **changes: Any) -> Prepared:
 
 
 def test_linear_kinematics_are_doubted_where_bending_changes_the_closing() -> None:
-    unasked, linear = body(None), body("linear")
-    assert not kinematics_lines(unasked.linear.reduction)
+    linear = body("linear")
     (line,) = kinematics_lines(linear.linear.reduction)
     assert line.startswith("kinematics       linear: asked for; at gamma ratio 1 second")
-    points = unasked.followed().points
-    doubted = linear.followed().points
-    assert [p.motion.frequency for p in doubted] == [p.motion.frequency for p in points]
-    for point, other in zip(points, doubted, strict=True):
-        assert point.verdict is not None and other.verdict is not None
-        assert point.verdict.status == VERIFIED and other.verdict.status == CONVERGED
-        assert "second order would change the closing at grazing by -" in other.verdict.reason
+    for point in linear.followed().points:
+        assert point.verdict is not None and point.verdict.status == CONVERGED
+        assert "second order would change the closing at grazing by -" in point.verdict.reason
 
 
-def test_auto_takes_second_order_where_it_matters() -> None:
-    far, near = body("auto"), body("auto", contact={"gap": 1e-6})
+def test_second_order_is_taken_where_it_matters_if_nothing_is_said() -> None:
+    far, near = body(None), body(None, contact={"gap": 1e-6})
     assert far.linear.model.kinematics.masters.tolist() == [0]
     assert "more than 0.5 % and 0.0001" in far.linear.reduction.choice.reason
     assert not len(near.linear.model.kinematics.masters)
@@ -69,20 +68,70 @@ def test_auto_takes_second_order_where_it_matters() -> None:
         assert point.verdict is not None and point.verdict.status == VERIFIED, point.verdict
         assert point.balance.virial_error < 1e-8
     # the gap is reached at a larger amplitude than linear kinematics say
-    assert far.linear.model.grazing_amplitude() > 1.02 * body(None).linear.model.grazing_amplitude()
+    straight = body("linear").linear.model.grazing_amplitude()
+    assert far.linear.model.grazing_amplitude() > 1.02 * straight
+
+
+def closing(doubt: str) -> float:
+    """Change of the closing at grazing in per cent of the gap."""
+    return float(doubt.split()[-5])
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"reduction": {"method": "craig-bampton"}}, 'but second order needs reduction.method = "'),
+        ({"reduction": {"method": "none"}}, "but full order is linear but for contact"),
+        ({"mode": {"harmonics": 16}}, "but second order needs mode.samples above 4 mode.harmonics"),
+        (
+            {"rigid": [{"facets": "right", "at": [1.0, 0.01]}], "contact": {"points": 1}},
+            "but constraints (rigid) are those of small rotations",
+        ),
+    ],
+)
+def test_what_cannot_be_of_second_order_is_linear_and_says_how_much_it_lacks(
+    changes: dict[str, Any], reason: str
+) -> None:
+    """The change of the closing is that of the massless model; no point can be verified."""
+    found = body(None, **changes).linear.reduction
+    assert not len(found.model.kinematics.masters)
+    assert reason in found.choice.reason
+    massless = body("linear").linear.reduction.choice
+    assert closing(found.choice.doubt) == pytest.approx(closing(massless.doubt), rel=0.012)
+    assert "kinematics are linear, and second order would change" in found.choice.doubt
+
+
+def test_full_order_is_doubted_too() -> None:
+    at_full_order = body(None, reduction={"method": "none"})
+    with at_full_order.linear.flexibility(5) as flexibility:
+        assert flexibility is not None
+        points = at_full_order.followed(flexibility=flexibility).points
+    for point in points:
+        assert point.verdict is not None and point.verdict.status != VERIFIED
+
+
+def test_linear_kinematics_of_rods_and_pressed_points_say_why() -> None:
+    for base, changes, reason in (
+        (ROD, {}, "a rod does not bend"),
+        (PLATE, {"contact": {"gap": -1e-5}}, "is not known where gaps are not positive"),
+    ):
+        study = study_from(changed(base, changes), Path("study.toml"))
+        (line,) = kinematics_lines(linear_analysis(study, MPI.COMM_SELF).reduction)
+        assert line.startswith("kinematics       linear: ") and line.endswith(reason)
 
 
 def test_masters_are_those_of_the_study_and_what_makes_no_sense_is_refused() -> None:
     both = body("second-order", body={"masters": [1, 2]})
     assert both.linear.model.kinematics.masters.tolist() == [0, 1]
     assert "second order in mode 1, 2" in kinematics_lines(both.linear.reduction)[0]
+    asked = {"kinematics": "second-order"}
     for changes, message in (
-        ({"body": {"masters": [1]}}, "masters: has no effect"),
-        ({"body": {"kinematics": "auto", "masters": [3]}}, "must not be above reduction.modes"),
-        ({"body": {"kinematics": "auto", "masters": [2]}}, "must have mode.number = 1 among them"),
-        ({"body": {"kinematics": "auto"}, "mode": {"harmonics": 16}}, "must be above 4"),
+        ({"body": {"masters": [1], "kinematics": "linear"}}, "masters: has no effect"),
+        ({"body": {"masters": [3]}}, "must not be above reduction.modes"),
+        ({"body": {"masters": [2]}}, "must have mode.number = 1 among them"),
+        ({"body": asked, "mode": {"harmonics": 16}}, "must be above 4"),
         (
-            {"body": {"kinematics": "auto"}, "reduction": {"method": "craig-bampton"}},
+            {"body": asked, "reduction": {"method": "craig-bampton"}},
             "second-order kinematics: need",
         ),
     ):
@@ -90,8 +139,28 @@ def test_masters_are_those_of_the_study_and_what_makes_no_sense_is_refused() -> 
             study_from(changed(SLENDER, changes), Path("study.toml"))
     with pytest.raises(ModelError, match="gaps that are positive"):
         body("second-order", contact={"gap": -1e-5})
-    unknown = body("auto", contact={"gap": -1e-5}).linear.reduction.choice
-    assert not unknown.second_order and "is not known" in unknown.reason
+
+
+def test_energies_of_a_campbell_diagram_decide_at_each_speed() -> None:
+    """Second order is taken for a line of 100 times the energy of the study, at 0.011 % a unit."""
+    rotation = {"axis": "z", "speed": 1.0, "origin": [-0.5, 0.0, 0.0]}
+    study = study_from(changed(PLATE, {"rotation": rotation}), Path("study.toml"))
+    assert isinstance(study, MeshStudy)
+    spin = SpinningMesh.of(study, MPI.COMM_SELF, Stages()).at(1.0, 1, None)
+    plain = spin.analyse(study, MPI.COMM_SELF)
+    assert not plain.reduction.choice.second_order
+    energy = plain.first_contact(0).energy
+    moved = plain.model.grazing_amplitude() * np.abs(plain.reduction.shapes[:, 0]).max()
+    for quantity, value, ratio in (
+        (Quantity.ENERGY, 100 * energy, 100),
+        (Quantity.AMPLITUDE, 10 * moved, 100),
+        (Quantity.ENERGY, energy, 1),
+    ):
+        reached = ReachedByTargets((Target(quantity, value),))
+        assert reached(study, plain) == pytest.approx(ratio)
+        found = spin.analyse(study, MPI.COMM_SELF, reached=reached).reduction.choice
+        assert found.second_order == (ratio > 1)
+        assert found.reason.startswith(f"at gamma ratio {ratio} ")
 
 
 def test_kinematics_are_told_with_the_results(

@@ -46,17 +46,6 @@ def test_gaps_from_5_percent_and_motions_from_10_percent_of_the_body() -> None:
     assert "(a number without one is in m)" in gap
 
 
-@pytest.mark.parametrize(("kinematics", "warned"), [(None, 1), ("linear", 0), ("auto", 0)])
-def test_bending_that_draws_the_end_in(kinematics: str | None, warned: int) -> None:
-    """A beam and a stop beyond its end: 17.73 mm of motion, 0.58 a^2 / L is 6.1 % of 3 mm."""
-    contact = {"direction": [1.0, 0.0, 0.1], "gap": 3e-3}
-    body = {} if kinematics is None else {"kinematics": kinematics}
-    found = warnings(BEAM, contact=contact, body=body)
-    assert len([line for line in found if line.startswith("body.kinematics: is not")]) == warned
-    if warned:
-        assert any("0.01773 m" in line and "6.1 % of the smallest gap" in line for line in found)
-
-
 def test_interference() -> None:
     (line,) = warnings(ROD, contact={"gap": -0.06})
     assert line.startswith("contact.gap = -0.06 m: the largest interference is 0.06 m, 6 % of the")

@@ -17,7 +17,7 @@ class Inertia(Protocol):
         """M(q)^-1 times columns of forces, shape (.., J, c), at states of shape (.., J)."""
 
     def momentum(self, q: Array, velocity: Array) -> Array:
-        """P = M(q) q', shape (J,)."""
+        """P = M(q) q' at states, shape (.., J)."""
 
     def energy_gradient(self, q: Array, velocity: Array) -> Array:
         """Derivative of 1/2 q'^T M(q) q' by q, shape (J,)."""
@@ -79,9 +79,9 @@ class QuadraticInertia:
         return found
 
     def momentum(self, q: Array, velocity: Array) -> Array:
-        """P = M(q) q', shape (J,)."""
-        found = velocity.copy()
-        found[self.masters] = self._mass(q) @ velocity[self.masters]
+        """P = M(q) q' at states, shape (.., J)."""
+        found, own = velocity.copy(), velocity[..., self.masters]
+        found[..., self.masters] = (self._mass(q) @ own[..., None])[..., 0]
         return found
 
     def energy_gradient(self, q: Array, velocity: Array) -> Array:

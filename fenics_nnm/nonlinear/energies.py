@@ -24,13 +24,18 @@ class Energies:
 
     Attributes:
         stiffness: k^ = sum_n U_n* K U_n, twice the mean strain energy of U.
-        mass: m^ = sum_n n^2 U_n* M U_n; omega^2 m^ is twice the mean kinetic energy.
+        mass: m^ = sum_n n^2 U_n* M U_n; omega^2 m^ is twice the mean kinetic energy of the modal
+            coordinates.
         virial: <lambda, c_s> + <lambda_s, c>, and the mean of all other forces times U, and of
             1/2 U^T (lambda . Theta) U where contact points close in second order.
         lifted: <lambda_s, c>, the mean work done against the forces at rest.
         touch: Mean force times reference displacement of points that touch at rest.
-        potential: Mean energy that forces besides contact and stiffness store.
-        other_virial: The part of the virial that these forces and second-order closing have.
+        potential: Mean energy that forces besides contact and stiffness store, springs that are
+            not linear or the polynomial stiffness of second-order kinematics.
+        other_virial: The part of the virial that these forces, second-order inertia and closing
+            have.
+        bent_mass: m2^; omega^2 m2^ is twice the mean kinetic energy of M(q) - 1, that of the
+            second-order displacement.
     """
 
     stiffness: float
@@ -40,6 +45,7 @@ class Energies:
     touch: float = 0.0
     potential: float = 0.0
     other_virial: float = 0.0
+    bent_mass: float = 0.0
 
     @property
     def gamma(self) -> float:
@@ -48,12 +54,17 @@ class Energies:
 
     @property
     def rayleigh_quotient(self) -> float:
-        """R = k^ / m^, the square of the frequency only where no force acts across a gap."""
-        return self.stiffness / self.mass
+        """R = (k^ + 2 <V>) / (m^ + m2^), strain over kinetic energy with omega^2 left out.
+
+        It is k^ / m^ where springs and kinematics are linear: the square of the frequency, only
+        where no force acts across a gap.
+        """
+        return (self.stiffness + 2 * self.potential) / (self.mass + self.bent_mass)
 
     def total(self, omega: float) -> float:
         """Energy E, constant in time: mean strain energy + mean kinetic energy."""
-        return (self.stiffness + omega**2 * self.mass) / 2 + self.lifted + self.potential
+        kinetic = omega**2 * (self.mass + self.bent_mass) / 2
+        return self.stiffness / 2 + kinetic + self.lifted + self.potential
 
     @property
     def contact(self) -> float:
@@ -92,7 +103,7 @@ class ModalEnergy:
         change = forces.force - rest.force
         residual_part = np.sum((change @ model.R) * change, axis=1)
         lifted = float(weight @ (self._clearance(at, forces) @ rest.force))
-        motion = SampledMotion(self.series, at.q, at.omega)
+        motion, bent_mass = SampledMotion(self.series, at.q, at.omega), self._bent_mass(at.q)
         other = sum(force.mean_virial(motion) for force in self.mechanics.forces)
         other += model.kinematics.closing.mean_bending_work(self.series, at.q, forces.force)
         return Energies(
@@ -104,14 +115,26 @@ class ModalEnergy:
             virial=float(weight @ (forces.force @ rest.clearance)) + lifted + other,
             lifted=lifted,
             touch=float(weight @ forces.force[:, rest.touching].sum(axis=1)) * rest.scale,
-            potential=float(sum(f.mean_energy(motion) for f in self.mechanics.forces)),
+            potential=sum(float(f.mean_energy(motion)) for f in self.mechanics.forces)
+            - at.omega**2 * bent_mass / 2,
             other_virial=float(other),
+            bent_mass=bent_mass,
         )
 
     @property
     def weight(self) -> Array:
         """Mean square of each basis function times n^2, shape (c, 1)."""
         return (self.series.mean_square * self.series.order**2)[:, None]
+
+    def _bent_mass(self, q: Array) -> float:
+        """<q'^T (M(q) - 1) q'> with derivatives by the phase."""
+        inertia, motion = (
+            self.mechanics.model.kinematics.inertia,
+            SampledMotion(self.series, q, 1.0),
+        )
+        velocity = motion.velocity
+        added = inertia.momentum(motion.displacement, velocity) - velocity
+        return float(self.series.weight @ np.sum(velocity * added, axis=1))
 
     def _clearance(self, at: Unknowns, forces: ContactForces) -> Array:
         """Clearances at the samples of the points that are closed at rest, else 0."""

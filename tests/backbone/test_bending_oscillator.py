@@ -53,6 +53,17 @@ def _part(energy: float, turn: float, to: float) -> float:
     return float(weights @ (s * abs(to - turn) * np.sqrt((1 + D * q**2) / (2 * left))))
 
 
+def rayleigh(energy: float) -> float:
+    """Rayleigh frequency in Hz without contact: <T> is half the action over the period."""
+    left, right = (brentq(lambda q: potential(q) - energy, *b) for b in ((-5.0, 0.0), (0.0, 5.0)))
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    q = (right + left + (right - left) * np.sin(np.pi * nodes / 2)) / 2  # no singular ends
+    speed = np.array([2 * (energy - potential(each)) for each in q])
+    slope = np.pi * (right - left) / 4 * np.cos(np.pi * nodes / 2)
+    kinetic = weights @ (slope * np.sqrt(speed * (1 + D * q**2))) * frequency(energy)
+    return float(frequency(energy) * np.sqrt(energy / kinetic - 1))
+
+
 def assert_exact(point: BranchPoint, rel: float = 2e-5) -> None:
     exact = frequency(point.motion.energy)
     assert point.motion.frequency == pytest.approx(exact, rel=rel)
@@ -72,10 +83,26 @@ def test_branch_over_energy_is_exact_below_and_above_contact() -> None:
     assert touched == [False, False, True, True]
     for point in found.points:
         assert_exact(point)
+    for point in found.points[:2]:
+        exact = rayleigh(point.motion.energy)
+        assert point.motion.rayleigh_frequency == pytest.approx(exact, rel=1e-9)
     # without contact it softens: what second order adds, not the stop
     assert found.points[1].frequency_ratio < found.points[0].frequency_ratio < 1
     ahead = outlook(MODEL, wanted, BALANCE, mode=0)
     assert ahead.frequency_ratio[0] == pytest.approx(found.points[1].frequency_ratio, rel=0.01)
+
+
+def test_rayleigh_frequency_lies_halfway_to_that_of_small_motions() -> None:
+    """The virial identity makes its error half of what second order changes, as a^2 -> 0."""
+    wanted = EnergyContinuation(1e-3, 1e-2, 9e-3)
+    found = follow(MODEL, wanted, HarmonicBalance(4, 32), mode=0)
+    linear = OMEGA / (2 * np.pi)
+    for point, error in zip(found.points, (5e-4, 5e-3), strict=True):
+        changed = point.motion.frequency / linear - 1
+        share = (point.motion.rayleigh_frequency / linear - 1) / changed
+        assert abs(changed) > 1e-6
+        assert share == pytest.approx(0.5, abs=error)
+
 
 
 def test_branches_over_frequency_and_by_arc_length_pass_the_same_motions() -> None:

@@ -141,12 +141,18 @@ class RestState:
             return float(np.min(np.full(len(moved), self.reference) / moved))
 
     def at_one(self, mode: int) -> str:
-        """What happens at gamma ratio 1."""
+        """What happens at gamma ratio 1.
+
+        First contact is static where a motion bends in second order: other modes, which follow it
+        in time, are taken to follow statically.
+        """
         if not self.is_linear(mode):
             return "reference displacement"
         if not self._approaches(mode):
             return "nearest approach"
-        return "lift-off" if self.closed[self.first(mode)] else "first contact"
+        if self.closed[self.first(mode)]:
+            return "lift-off"
+        return "static first contact" if self.curvature[:, mode].any() else "first contact"
 
     def first(self, mode: int) -> int:
         """The contact point of the first event, or the first touching point to move that far."""

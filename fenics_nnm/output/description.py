@@ -19,6 +19,7 @@ _MOST_LISTED = 20
 _WHEN = {
     "lift-off": "when it lifts off",
     "first contact": "when it touches",
+    "static first contact": "when it touches, with all other modes following statically",
     "nearest approach": "when it comes nearest, without touching",
 }
 

@@ -68,6 +68,7 @@ def run_summary(
         "linear_frequencies_Hz": [float(f) for f in prepared.linear_frequencies],
         **({"kinematics": words} if (words := kinematics_words(linear.reduction)) else {}),
         **_at_rest(rest, first),
+        **_at_one(rest, first),
         "no_mode_missed_below_Hz": linear.modes.checked_below / (2 * np.pi) or None,
         "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
         "first_contact": _first_contact(linear.first_contact(first)),
@@ -106,6 +107,12 @@ def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:
             "at_gamma_ratio_1": rest.at_one(mode),
         }
     }
+
+
+def _at_one(rest: RestState, mode: int) -> dict[str, str]:
+    """What happens at gamma ratio 1 where all gaps are open and that is not plain first contact."""
+    event = "" if rest.pressed else rest.at_one(mode)
+    return {} if event in ("", "first contact") else {"at_gamma_ratio_1": event}
 
 
 def _first_contact(first: FirstContact) -> dict[str, Any]:

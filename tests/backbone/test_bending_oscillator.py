@@ -104,7 +104,6 @@ def test_rayleigh_frequency_lies_halfway_to_that_of_small_motions() -> None:
         assert share == pytest.approx(0.5, abs=error)
 
 
-
 def test_branches_over_frequency_and_by_arc_length_pass_the_same_motions() -> None:
     by_frequency = follow(
         MODEL, FrequencyContinuation(1.05, 1.1, 0.05), BALANCE, mode=0, shooting=True

@@ -174,7 +174,7 @@ def test_gap_is_reached_where_the_quadratic_closing_meets_it() -> None:
     model = ReducedModel([1.0], [[2.0]], [[0.1]], [0.4], kinematics=record)
     a = model.grazing_amplitude()
     assert 2.0 * a - 1.5 * a**2 == pytest.approx(0.4, rel=1e-14)
-    assert model.at_rest().at_one(0) == "first contact"
+    assert model.at_rest().at_one(0) == "static first contact"
     closes = replace(model, kinematics=replace(record, Theta=-record.Theta), Phi=[[-2.0]])
     b = closes.grazing_amplitude()
     assert 2.0 * b + 1.5 * b**2 == pytest.approx(0.4, rel=1e-14)  # on the side of -q

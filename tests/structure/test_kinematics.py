@@ -169,5 +169,9 @@ def test_kinematics_are_told_with_the_results(
     study = study_file(body={"kinematics": "second-order"})
     assert command("run", study).code == 0
     words = "second order in mode 1: asked for"
-    assert json.loads(Path("results/study/summary.json").read_text())["kinematics"] == words
-    assert f"Kinematics: {words}." in sentences(read_results(Path("results/study")))[0]
+    summary = json.loads(Path("results/study/summary.json").read_text())
+    assert summary["kinematics"] == words
+    assert summary["at_gamma_ratio_1"] == "static first contact"
+    found = " ".join(sentences(read_results(Path("results/study"))))
+    assert f"Kinematics: {words}." in found
+    assert "With all other modes following statically contact begins at an energy of" in found

@@ -17,6 +17,7 @@ from fenics_nnm.backbone.point import (
     BranchPoint,
     believable,
 )
+from fenics_nnm.output.pictures.backbone import at_gamma_ratio_1
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.time_domain.stability import STABLE
 
@@ -165,11 +166,21 @@ def _mode(results: Results) -> str:
     energy = results.summary.get("grazing_energy_J")
     if not energy:
         return begin
-    event = "The gamma ratio is 1 at" if "at_rest" in results.summary else "Contact begins at"
     return (
-        f"{begin} {event} an energy of {plain(energy)} J: the gamma ratio is the modal energy "
+        f"{begin} {_event_at_one(results.summary)} an energy of {plain(energy)} J: the gamma ratio is the modal energy "
         f"coordinate over its value there.{_over_all(results.summary.get('first_contact'))}"
     )
+
+
+def _event_at_one(summary: Mapping[str, Any]) -> str:
+    """What happens at gamma ratio 1, as the beginning of a sentence."""
+    if "at_rest" in summary:
+        return "The gamma ratio is 1 at"
+    return {
+        "first contact": "Contact begins at",
+        "static first contact": "With all other modes following statically contact begins at",
+        "nearest approach": "The mode comes nearest to the obstacle, without touching it, at",
+    }[at_gamma_ratio_1(summary)]
 
 
 def _over_all(first: dict[str, Any] | None) -> str:

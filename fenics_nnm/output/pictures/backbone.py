@@ -130,7 +130,7 @@ def plot_backbone(
 def frequency_plots(results: Results) -> list[Plot]:
     """The frequency over the gamma ratio, over the energy, and over the amplitude."""
     amplitude = amplitude_of(results)
-    event = results.summary.get("at_rest", {}).get("at_gamma_ratio_1", "first contact")
+    event = at_gamma_ratio_1(results.summary)
     over_gamma = (
         f"the gamma ratio: the modal energy coordinate gamma over its value at {event} (no unit)"
     )
@@ -140,6 +140,12 @@ def frequency_plots(results: Results) -> list[Plot]:
         ("amplitude", amplitude.words, amplitude.label, amplitude.values),
     ]
     return [_frequency_plot(results, *each) for each in axes]
+
+
+def at_gamma_ratio_1(summary: Mapping[str, Any]) -> str:
+    """What happens at gamma ratio 1, of a summary."""
+    pressed = summary.get("at_rest", {}).get("at_gamma_ratio_1", "first contact")
+    return str(summary.get("at_gamma_ratio_1", pressed))
 
 
 def _frequency_plot(
@@ -160,7 +166,7 @@ def _frequency_plot(
     axes.axhline(results.linear_frequency, color=GREY, lw=0.8, label="linear mode")
     if over == "gamma ratio":
         _draw_failures(axes, results.summary.get("failures", []), results.linear_frequency)
-        at_one = results.summary.get("at_rest", {}).get("at_gamma_ratio_1", "first contact")
+        at_one = at_gamma_ratio_1(results.summary)
         axes.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
     if over == "energy":
         _set_energy_scale(axes, abscissa)

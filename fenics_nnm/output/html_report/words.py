@@ -167,8 +167,9 @@ def _mode(results: Results) -> str:
     if not energy:
         return begin
     return (
-        f"{begin} {_event_at_one(results.summary)} an energy of {plain(energy)} J: the gamma ratio is the modal energy "
-        f"coordinate over its value there.{_over_all(results.summary.get('first_contact'))}"
+        f"{begin} {_event_at_one(results.summary)} an energy of {plain(energy)} J: the gamma "
+        "ratio is the modal energy coordinate over its value there."
+        f"{_over_all(results.summary.get('first_contact'))}"
     )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.instants import SAMPLES, Instants
 from fenics_nnm.mechanics.near_contact import NearContact
 from fenics_nnm.mechanics.nested_factor import compressed
 from fenics_nnm.mechanics.sampled_tangent import sampled_tangent
@@ -44,6 +45,7 @@ class ContactForces:
         points: Indices of the points in contact at each of these, padded, shape (s_a, k).
         used: Which of them are no padding, shape (s_a, k).
         local: What d (Phi q) / d lambda follows from; None without contact, or if it is not kept.
+        instants: When the samples are.
     """
 
     force: Array
@@ -51,6 +53,7 @@ class ContactForces:
     points: Indices
     used: Mask
     local: LocalFlexibility | None
+    instants: Instants = SAMPLES
 
     @classmethod
     def alone(cls, force: Array) -> ContactForces:
@@ -116,7 +119,12 @@ class ContactForces:
             shapes: Phi, shape (n_c, J).
         """
         at = self.samples
-        return sampled_tangent(series.analysis[:, at], series.synthesis[at], self.stiffness(shapes))
+        analysis, synthesis = self.instants.analysis(series), self.instants.synthesis(series)
+        return sampled_tangent(analysis[:, at], synthesis[at], self.stiffness(shapes))
+
+    def harmonics(self, series: Series) -> Array:
+        """Harmonics of the forces, shape (c, n_c)."""
+        return np.asarray(self.instants.analysis(series) @ self.force)
 
     def harmonic_tangent(self, series: Series) -> Array:
         """Derivatives of lambda_n by harmonics of Phi q, shape (c, n_c, c, n_c)."""
@@ -125,7 +133,8 @@ class ContactForces:
         index = np.arange(len(at))[:, None, None]
         dense[index, self.points[:, :, None], self.points[:, None, :]] = self.slope
         rows = len(series.order)
-        mixing = series.analysis[:, None, at] * series.synthesis.T[None, :, at]
+        analysis, synthesis = self.instants.analysis(series), self.instants.synthesis(series)
+        mixing = analysis[:, None, at] * synthesis.T[None, :, at]
         coupled = mixing.reshape(rows * rows, len(at)) @ dense.reshape(len(at), points**2)
         return coupled.reshape(rows, rows, points, points).swapaxes(1, 2)
 

@@ -180,6 +180,14 @@ class FourierSeries(Series):
             rotation[N + n, n] = -n
         return rotation
 
+    def turned(self, coefficients: Array) -> Array:
+        """Coefficients of the derivative by the phase, shape of the coefficients (c, ..)."""
+        N, order = self.harmonics, self.order.reshape(-1, *[1] * (coefficients.ndim - 1))
+        found = np.zeros_like(coefficients)
+        found[1 : N + 1] = order[N + 1 :] * coefficients[N + 1 :]
+        found[N + 1 :] = -order[1 : N + 1] * coefficients[1 : N + 1]
+        return found
+
     @property
     def images(self) -> tuple[int, ...]:
         """Signs of the samples at which the motion of a sample kept is repeated in the period."""

@@ -152,14 +152,16 @@ class Condensation:
 
     def moved(self, q: Array) -> Array:
         """V q: free displacements of the pairs, shape (.., P)."""
-        at_samples = self.series.synthesis[self.forces.samples] @ (q @ self.shapes.T)
+        basis = self.forces.instants.synthesis(self.series)[self.forces.samples]
+        at_samples = basis @ (q @ self.shapes.T)
         return np.asarray(at_samples[:, self.sample, self.point])
 
     def pushed(self, pairs: Array) -> Array:
         """U lambda: what forces of the pairs do to the equations, shape (.., c, J)."""
         forces = np.zeros((len(pairs), len(self.forces.samples), len(self.shapes)))
         forces[:, self.sample, self.point] = pairs
-        harmonics = self.series.analysis[:, self.forces.samples] @ forces
+        analysis = self.forces.instants.analysis(self.series)
+        harmonics = analysis[:, self.forces.samples] @ forces
         return np.asarray(harmonics @ self.shapes)
 
     def flexibility(self) -> Array:
@@ -174,6 +176,10 @@ class Condensation:
             for sign in series.images
         )
         matrix = np.asarray(found * (series.weight[samples] / len(series.images)))
+        return self.with_local(matrix)
+
+    def with_local(self, matrix: Array) -> Array:
+        """M with the flexibility F of the pairs of each sample added to it, shape (P, P)."""
         number = np.cumsum(self.forces.used).reshape(self.forces.used.shape) - 1
         both = self.forces.used[:, :, None] & self.forces.used[:, None, :]
         rows = np.broadcast_to(number[:, :, None], both.shape)[both]

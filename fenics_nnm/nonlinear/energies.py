@@ -98,7 +98,8 @@ class ModalEnergy:
 
     def energies(self, at: Unknowns, forces: ContactForces) -> Energies:
         """Energies of the motion; the strain energy of R is the mean of lambda^T R lambda."""
-        model, rest, weight = self.mechanics.model, self.mechanics.rest, self.series.weight
+        model, rest = self.mechanics.model, self.mechanics.rest
+        weight = forces.instants.weight(self.series)
         mean_square = self.series.mean_square[:, None]
         change = forces.force - rest.force
         residual_part = np.sum((change @ model.R) * change, axis=1)
@@ -141,6 +142,6 @@ class ModalEnergy:
         model, rest = self.mechanics.model, self.mechanics.rest
         if not rest.closed.any():
             return np.zeros_like(forces.force)
-        free = self.series.synthesis @ (at.q @ model.Phi.T)
+        free = forces.instants.synthesis(self.series) @ (at.q @ model.Phi.T)
         clearance = model.gap - free + forces.force @ model.R
         return np.where(rest.closed & (forces.force == 0), clearance, 0.0)

@@ -254,7 +254,7 @@ def _bending(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) 
 def force_harmonics(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Array:
     """Harmonics of all forces that the motion determines, shape (c, J)."""
     series, closing = equations.series, equations.closing
-    linear = series.analysis @ forces.force @ equations.model.Phi
+    linear = forces.harmonics(series) @ equations.model.Phi
     harmonics = closing.pushed(linear, series, at.q, forces.force)
     for force in equations.mechanics.forces:
         harmonics += force.harmonics(SampledMotion(series, at.q, at.omega))

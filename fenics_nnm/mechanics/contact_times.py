@@ -1,0 +1,210 @@
+r"""When contact opens and closes in a period, and points to integrate its forces at in between.
+
+Contact forces that are taken at samples of a period change their harmonics in small jumps of the
+slope wherever contact passes a sample, and do some work over a period. Between two events (a point
+opens or closes) they are smooth: with the times of the events, and Gauss' rule between them, their
+harmonics are exact to round-off, and so smooth functions of the motion, and they do no work.
+
+For contact points without mass, with the set A of points in contact,
+
+    lambda_A = R_AA^-1 (p_A - g_A),      y_c = p_c - g_c - R_cA lambda_A   (c open),
+
+is a harmonic series in time for each set. A point closes where its y_c passes zero, and opens where
+-lambda_c does. Contact that is shorter than a sample is found by the largest y between samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.mechanics.contact_law import Complementarity, ContactForces
+from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.mechanics.instants import Quadrature
+
+#: Events closer together than this in phase are taken as one.
+_TOGETHER = 1e-9
+
+#: Newton steps to an event; each falls back on halving.
+_STEPS = 60
+
+#: Gauss points for N harmonics over a phase L: this times N L, and some more.
+_POINTS_A_HARMONIC, _MORE_POINTS = 0.6, 10
+
+
+@dataclass(frozen=True, slots=True)
+class FreeMotion:
+    """Free displacement of contact points over a period, and what they meet.
+
+    Attributes:
+        series: Series in time.
+        harmonics: Coefficients of the free displacement p, shape (c, n_c).
+        law: Contact law, with R and gaps.
+    """
+
+    series: FourierSeries
+    harmonics: Array
+    law: Complementarity
+
+    def sets_at(self, phase: Array) -> Mask:
+        """Points in contact at some phases, shape (s, n_c)."""
+        return self.law(self.series.basis_at(phase) @ self.harmonics).force > 0
+
+    def margin(self, closed: Mask, point: int) -> tuple[Array, float]:
+        """Coefficients (c,) and offset of y of a point with a set in contact; see the module."""
+        row = np.zeros(len(closed))
+        if not closed[point]:
+            row[point] = 1.0
+        A = np.flatnonzero(closed)
+        if len(A):
+            side = self.law.R[point, A] if not closed[point] else (A == point).astype(float)
+            row[A] -= np.linalg.solve(self.law.R[np.ix_(A, A)], side)
+        return self.harmonics @ row, float(-row @ self.law.gap)
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Phases of a period in order, and the points in contact at each.
+
+    Attributes:
+        phase: Phases, ascending, shape (s,).
+        closed: Points in contact, shape (s, n_c).
+    """
+
+    phase: Array
+    closed: Mask
+
+    def with_phases(self, phase: Array, closed: Mask) -> Grid:
+        """The same with further phases."""
+        whole = np.concatenate([self.phase, phase])
+        order = np.argsort(whole, kind="stable")
+        return Grid(whole[order], np.vstack([self.closed, closed])[order])
+
+    @property
+    def changes(self) -> Indices:
+        """Phases after which the set is another one at the next, the last one before the first."""
+        return np.flatnonzero((self.closed != np.roll(self.closed, -1, axis=0)).any(axis=1))
+
+    @property
+    def ends(self) -> Array:
+        """The phase after each, that after the last one in the next period."""
+        return np.append(self.phase[1:], self.phase[0] + 2 * np.pi)
+
+
+def contact_points_in_time(motion: FreeMotion, forces: ContactForces) -> tuple[Quadrature, Mask]:
+    """Points of integration, and the contact points that are closed there, shape (s, n_c).
+
+    Args:
+        motion: Free displacement.
+        forces: Contact forces at the samples of its series.
+    """
+    grid = Grid(motion.series.phase, forces.force > 0)
+    grid = _with_short_contact(motion, forces, grid)
+    if not grid.closed.any():
+        return Quadrature(np.empty(0), np.empty(0)), np.zeros((0, len(motion.law.gap)), dtype=bool)
+    grid = _single_changes(motion, grid)
+    events = np.array([_event(motion, grid, change) for change in grid.changes])
+    sets = np.roll(grid.closed, -1, axis=0)[grid.changes]
+    if not len(events):
+        events, sets = np.zeros(1), grid.closed[:1]
+    ends = np.append(events[1:], events[0] + 2 * np.pi)
+    return _gauss(motion.series.harmonics, events, ends, sets)
+
+
+def _with_short_contact(motion: FreeMotion, forces: ContactForces, grid: Grid) -> Grid:
+    """The grid with the tops of y above zero that lie between two samples without a change."""
+    series, law = motion.series, motion.law
+    free, rates = (
+        series.synthesis @ motion.harmonics,
+        series.synthesis @ series.turned(motion.harmonics),
+    )
+    force, force_rates = forces.force, forces.change(rates)
+    y = np.where(grid.closed, -force, free - law.gap - force @ law.R)
+    slope = np.where(grid.closed, -force_rates, rates - force_rates @ law.R)
+    after, slope_after = np.roll(y, -1, axis=0), np.roll(slope, -1, axis=0)
+    same = (grid.closed == np.roll(grid.closed, -1, axis=0)).all(axis=1)[:, None]
+    step = 2 * np.pi / series.samples
+    with np.errstate(divide="ignore", invalid="ignore"):
+        top = (after - y - step * slope_after) / (slope - slope_after)
+        highest = y + top * slope
+    found = same & (slope > 0) & (slope_after < 0) & (highest > 0)
+    phases = [
+        _top(motion, grid.closed[k], point, grid.phase[k] + np.array([0.0, step]))
+        for k, point in zip(*np.nonzero(found), strict=True)
+    ]
+    if not phases:
+        return grid
+    further = np.array(phases) % (2 * np.pi)
+    return grid.with_phases(further, motion.sets_at(further))
+
+
+def _top(motion: FreeMotion, closed: Mask, point: int, between: Array) -> float:
+    """Phase of the largest y of a point between two phases."""
+    coefficients, _ = motion.margin(closed, point)
+    rate = motion.series.turned(coefficients)
+    return _zero(motion.series, -rate, 0.0, between)
+
+
+def _single_changes(motion: FreeMotion, grid: Grid) -> Grid:
+    """The grid, refined until one point alone changes between two phases, or they are together."""
+    while True:
+        changed = (grid.closed != np.roll(grid.closed, -1, axis=0)).sum(axis=1)
+        width = grid.ends - grid.phase
+        several = np.flatnonzero((changed > 1) & (width > _TOGETHER))
+        if not len(several):
+            return grid
+        middle = grid.phase[several] + width[several] / 2
+        grid = grid.with_phases(middle % (2 * np.pi), motion.sets_at(middle))
+
+
+def _event(motion: FreeMotion, grid: Grid, change: int) -> float:
+    """Phase at which the set changes after a phase of the grid."""
+    before, after = grid.closed[change], grid.closed[(change + 1) % len(grid.phase)]
+    between = np.array([grid.phase[change], grid.ends[change]])
+    changed = np.flatnonzero(before != after)
+    if len(changed) > 1:
+        return float(between.mean())
+    return _zero(motion.series, *motion.margin(before, int(changed[0])), between)
+
+
+def _zero(series: FourierSeries, coefficients: Array, offset: float, between: Array) -> float:
+    """Where a series plus an offset rises through zero between two phases."""
+    turned = series.turned(coefficients)
+    low, high = between
+    at = (low + high) / 2
+    for _ in range(_STEPS):
+        basis = series.basis_at(np.array([at]))[0]
+        value, slope = float(basis @ coefficients) + offset, float(basis @ turned)
+        low, high = (at, high) if value < 0 else (low, at)
+        new = at - value / slope if slope > 0 else low - 1.0
+        new = new if low < new < high else (low + high) / 2
+        if abs(new - at) < 1e-15 * (1 + abs(at)):
+            break
+        at = new
+    return float(at)
+
+
+@cache
+def _rule(count: int) -> tuple[Array, Array]:
+    """Points and weights of Gauss' rule on (-1, 1)."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return nodes, weights
+
+
+def _gauss(harmonics: int, starts: Array, ends: Array, sets: Mask) -> tuple[Quadrature, Mask]:
+    """Gauss' rule on each of some intervals with contact, with their sets."""
+    phases, shares, closed = [], [], []
+    for start, end, own in zip(starts, ends, sets, strict=True):
+        if not own.any() or end <= start:
+            continue
+        count = int(np.ceil(_POINTS_A_HARMONIC * harmonics * (end - start))) + _MORE_POINTS
+        nodes, weights = _rule(count)
+        phases.append(start + (nodes + 1) / 2 * (end - start))
+        shares.append(weights * (end - start) / (4 * np.pi))
+        closed.append(np.broadcast_to(own, (count, len(own))))
+    if not phases:
+        return Quadrature(np.empty(0), np.empty(0)), np.zeros((0, sets.shape[1]), dtype=bool)
+    return Quadrature(np.concatenate(phases), np.concatenate(shares)), np.vstack(closed)

@@ -1,0 +1,78 @@
+"""Harmonic equations with exact integrals of contact forces: derivatives, work of contact."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.excitation import Excitation
+from fenics_nnm.mechanics.force import CubicSprings
+from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.mechanics.linear_part import RatedPart
+from fenics_nnm.mechanics.mechanics import Mechanics
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.nonlinear.border import Border
+from fenics_nnm.nonlinear.timed import TimedEquations
+from fenics_nnm.nonlinear.unknowns import Unknowns
+
+RNG = np.random.default_rng(5)
+NATURAL, OMEGA = np.array([1.0, 2.7, 4.1]), 1.13
+RATE, PHI = 0.1 * RNG.normal(size=(3, 3)), RNG.normal(size=(2, 3))
+MOTION = 0.5 * RNG.normal(size=(9, 3))
+
+
+def equations(*forces: Any) -> TimedEquations:
+    model = ReducedModel(NATURAL, PHI, [[0.06, 0.02], [0.02, 0.05]], [0.5, 0.4])
+    push = Excitation(1, np.array([0.2, 0.1, 0.0]), np.array([0.0, 0.3, 0.1]))
+    mechanics = Mechanics(model, model.at_rest(), RatedPart(NATURAL, RATE), forces, (push,))
+    return TimedEquations.of(mechanics, FourierSeries(4, 24))
+
+
+@pytest.mark.parametrize("forces", [(), (CubicSprings(PHI[:1], np.array([0.8])),)])
+def test_derivatives_against_differences(forces: tuple[Any, ...]) -> None:
+    of, step = equations(*forces), 1e-6
+    at = Unknowns.of(MOTION, OMEGA)
+    assert len(of.forces(at).samples) > 10
+
+    def residual(q: Array, omega: float) -> Array:
+        there = Unknowns.of(q, omega)
+        return of.residual(there, of.forces(there)).ravel()
+
+    changes = step * np.eye(MOTION.size).reshape(-1, *MOTION.shape)
+    columns = [residual(MOTION + d, OMEGA) - residual(MOTION - d, OMEGA) for d in changes]
+    difference = np.array(columns).T / (2 * step)
+    jacobian = of.jacobian(at, of.forces(at))
+    assert np.abs(jacobian - difference).max() < 1e-7 * np.abs(jacobian).max()
+    slope = (residual(MOTION, OMEGA + step) - residual(MOTION, OMEGA - step)) / (2 * step)
+    found = of.slopes(at, of.forces(at))[0].ravel()
+    assert np.abs(found - slope).max() < 1e-7 * np.abs(slope).max()
+
+
+def test_condensed_solution_is_that_of_the_full_jacobian() -> None:
+    of = equations()
+    at = Unknowns.of(0.2 * MOTION, OMEGA)
+    forces = of.forces(at)
+    assert 0 < np.count_nonzero(forces.used) < 0.6 * MOTION.size
+    border = Border(
+        columns=RNG.normal(size=(1, *MOTION.shape)),
+        rows=RNG.normal(size=(1, *MOTION.shape)),
+        corner=RNG.normal(size=(1, 1)),
+        right=RNG.normal(size=MOTION.shape),
+        below=RNG.normal(size=1),
+    )
+    dense = border.dense_solution(of.jacobian(at, forces), np.ones(MOTION.shape))
+    found = of.solved(at, forces, border)
+    np.testing.assert_allclose(found, dense, atol=1e-10 * np.abs(dense).max())
+
+
+def test_contact_does_no_work_over_a_period() -> None:
+    of = equations()
+    at = Unknowns.of(MOTION, OMEGA)
+    series = of.series
+    force = of.forces(at).harmonics(series)
+    rates = series.turned(MOTION) @ PHI.T
+    work = np.sum(series.mean_square[:, None] * force * rates)
+    size = np.sum(series.mean_square[:, None] * np.abs(force * rates))
+    assert abs(work) < 1e-12 * size
+    np.testing.assert_allclose(series.turned(MOTION), series.rotation() @ MOTION)

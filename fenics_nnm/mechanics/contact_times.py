@@ -165,7 +165,7 @@ def _event(motion: FreeMotion, grid: Grid, change: int) -> float:
     before, after = grid.closed[change], grid.closed[(change + 1) % len(grid.phase)]
     between = np.array([grid.phase[change], grid.ends[change]])
     changed = np.flatnonzero(before != after)
-    if len(changed) > 1:
+    if np.size(changed) > 1:
         return float(between.mean())
     return _zero(motion.series, *motion.margin(before, int(changed[0])), between)
 
@@ -204,7 +204,7 @@ def _gauss(harmonics: int, starts: Array, ends: Array, sets: Mask) -> tuple[Quad
         nodes, weights = _rule(count)
         phases.append(start + (nodes + 1) / 2 * (end - start))
         shares.append(weights * (end - start) / (4 * np.pi))
-        closed.append(np.broadcast_to(own, (count, len(own))))
+        closed.append(np.broadcast_to(own, (count, sets.shape[1])))
     if not phases:
         return Quadrature(np.empty(0), np.empty(0)), np.zeros((0, sets.shape[1]), dtype=bool)
     return Quadrature(np.concatenate(phases), np.concatenate(shares)), np.vstack(closed)

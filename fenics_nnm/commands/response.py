@@ -23,7 +23,9 @@ from fenics_nnm.commands.shared import (
 from fenics_nnm.interrupts import terminable
 
 if TYPE_CHECKING:
-    from fenics_nnm.response.driven import ResponsePoint
+    from collections.abc import Iterator
+
+    from fenics_nnm.response.levels import Response
     from fenics_nnm.response.structure import DrivenStructure
 
 
@@ -55,35 +57,43 @@ def _response(arguments: argparse.Namespace) -> int:
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-response"
     with terminable(), stages_of(console, arguments) as stages:
         structure = driven_structure(study, comm, stages)
-        points = on_root(comm, driven_motions, study, structure, stages)
-        on_root(comm, write_response, folder, structure.monitors, points, title=study.title)
-    console.print(peak_table(structure, points, study.title))
+        found = on_root(comm, driven_motions, study, structure, stages)
+        on_root(comm, write_response, folder, structure.monitors, found, title=study.title)
+    console.print(peak_table(structure, found, study.title))
     show(console, f"results in {folder}")
-    missing = [point for point in points if not point.found]
-    if missing and comm.rank == 0:
-        complain(
-            f"incomplete: {len(missing)} of {len(points)} frequencies without amplitudes, the "
-            f"first at {missing[0].frequency:g} Hz: {missing[0].reason}"
+    if comm.rank == 0:
+        for line in _incomplete(found):
+            complain(f"incomplete: {line}")
+    return INCOMPLETE if any(_incomplete(found)) else DONE
+
+
+def _incomplete(found: Response) -> Iterator[str]:
+    """What is missing of a response, a line each."""
+    missing = found.missing
+    if missing:
+        yield (
+            f"{len(missing)} of {len(found.points)} points without amplitudes, the first at "
+            f"{missing[0].frequency:g} Hz: {missing[0].reason}"
         )
-    return INCOMPLETE if missing else DONE
+    for reason in found.reasons:
+        yield f"the curve ends: {reason}"
 
 
-def peak_table(
-    structure: DrivenStructure, points: tuple[ResponsePoint, ...], title: str = ""
-) -> Table:
-    """Peaks of the excited points, and of the contact point that moves most."""
-    from fenics_nnm.response.peaks import most_moved, peaks
+def peak_table(structure: DrivenStructure, found: Response, title: str = "") -> Table:
+    """Peaks of each curve, of the excited and further places and the contact point moved most."""
+    from fenics_nnm.response.peaks import curve_peaks
 
+    levels = len({point.level for point in found.points}) > 1
     table = Table(title=title or None, box=None, padding=(0, 3, 0, 0))
-    for heading in ("peak of", "frequency (Hz)", "amplitude (m)", "phase (deg)"):
+    headings = ("peak of", "frequency (Hz)", "amplitude (m)", "phase (deg)")
+    for heading in (*(["level"] if levels else []), *headings):
         table.add_column(heading, justify="right", no_wrap=True)
-    excited, every = len(structure.excited), range(len(structure.monitors))
-    for monitor in (*every[:excited], most_moved(points, every[excited:])):
-        for peak in peaks(points, monitor):
-            table.add_row(
-                structure.monitors[monitor],
-                f"{peak.frequency:.6g}",
-                f"{peak.amplitude:.4g}",
-                f"{peak.phase:.2f}",
-            )
+    for peak in curve_peaks(found.points, structure.watched.before_contact):
+        table.add_row(
+            *([f"{peak.level:g}"] if levels else []),
+            structure.monitors[peak.monitor],
+            f"{peak.frequency:.6g}",
+            f"{peak.amplitude:.4g}",
+            f"{peak.phase:.2f}",
+        )
     return table

@@ -1,4 +1,4 @@
-"""A mass, springs or a force at a body, as the study or a mesh file says."""
+"""A mass, springs, dashpots or a force at a body, as the study or a mesh file says."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """A mass, springs to the ground or a force, in the directions of the axes.
+    """A mass, springs or dashpots to the ground, a force or a monitor, along the axes.
 
     Attributes:
         key: The study's section, or the line of a mesh file, for messages.
-        kind: "mass", "spring" or "force".
-        values: Mass in kg, stiffness in N/m or force in N along each axis, shape (dim,); per area,
-            in kg/m^2 or N/m^3, if `per_area`.
+        kind: What it is.
+        values: Mass in kg, stiffness in N/m, damping in N s/m, force in N or the direction of a
+            monitor, along each axis, shape (dim,); per area of facets, if `per_area`.
         point: Coordinates in m that the nearest vertex is taken to; empty for facets.
         facets: Names of groups of facets that it is spread over evenly; empty for a point.
         per_area: Whether values are per area of the facets.
@@ -23,7 +23,7 @@ class Attachment:
     """
 
     key: str
-    kind: Literal["mass", "spring", "force"]
+    kind: Literal["mass", "spring", "dashpot", "force", "monitor"]
     values: tuple[float, ...]
     point: tuple[float, ...] = ()
     facets: tuple[str, ...] = ()

@@ -32,7 +32,7 @@ def coriolis_forces(solid: Solid, rotation: Rotation, shapes: Array) -> Array:
     turned = np.einsum(
         "ab,nbj->naj", rotation.spin[:dim, :dim], shapes.reshape(-1, dim, shapes.shape[1])
     )
-    forces = 2 * rotation.speed * _inertia(solid, turned.reshape(shapes.shape))
+    forces = 2 * rotation.speed * inertia_of_free_body(solid, turned.reshape(shapes.shape))
     forces[solid.clamped[solid.clamped < solid.owned]] = 0.0
     return np.asarray(forces)
 
@@ -62,7 +62,7 @@ def coriolis_frequencies(
     return gyroscopic_frequencies(whole.omega, (G - G.T) / 2)[: len(modes.omega)]
 
 
-def _inertia(solid: Solid, columns: Array) -> Array:
+def inertia_of_free_body(solid: Solid, columns: Array) -> Array:
     """M u with the mass of a body that nothing holds: e x u may point along a held direction."""
     body, space, none = solid.body, solid.space, np.empty(0, dtype=np.int32)
     matrix = assemble_matrix(form(inertia_form(space, body, solid.regions)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,15 +10,13 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
-from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.block import SOLVED_AT_ONCE, groups, product
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.modal_solver import ModalSolver
-from fenics_nnm.fem.point_rows import attached_points, force_row
+from fenics_nnm.fem.point_rows import attached_points
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
-from fenics_nnm.reduction.driven import DrivenBasis, driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_reduction
 from fenics_nnm.reduction.operators import Operators, Product
@@ -118,24 +116,6 @@ class _Reported:
         self._done += forces.shape[1]
         self.report(min(1.0, self._done / self.total))
         return found
-
-
-def driven(
-    solid: Solid,
-    interface: ContactInterface,
-    forces: Iterable[Attachment],
-    modes: LinearModes,
-    solver: ModalSolver,
-) -> DrivenBasis:
-    """What a body under forces is reduced to.
-
-    Raises:
-        MeshError: if a force acts where it has no effect, or not on the body.
-        ModelError: if the point of a force moves no mass.
-    """
-    excited = np.column_stack([force_row(solid, force) for force in forces])
-    operators = operators_of(solid, interface, solver)
-    return driven_basis(modes, attached_points(solid), excited, interface.gap, operators)
 
 
 def craig_bampton_reduced(

@@ -48,7 +48,7 @@ def force_row(solid: Solid, force: Attachment) -> Array:
     row = unit_rows(solid, force) @ force.values / np.linalg.norm(force.values)
     row[solid.clamped[solid.clamped < solid.owned]] = 0.0
     if not solid.tagged.mesh.comm.allreduce(int(row.any())):
-        raise MeshError(f"{force.key}: acts on what is clamped: a force there has no effect")
+        raise MeshError(f"{force.key}: acts on what is clamped: a {force.kind} there has no effect")
     return np.asarray(row)
 
 

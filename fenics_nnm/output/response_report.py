@@ -4,30 +4,42 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.pictures.response import response_plot
 from fenics_nnm.output.pictures.style import DPI
-from fenics_nnm.response.driven import ResponsePoint
+from fenics_nnm.response.levels import Response
+from fenics_nnm.response.point import ResponsePoint
 from fenics_nnm.results.durable import replacing, write_whole
 
 #: Columns of response.csv; other programs rely on the names.
 COLUMNS = (
+    "level",
+    "branch",
+    "point",
     "frequency_Hz",
+    "speed_rad_s",
     "monitor",
     "amplitude_m",
     "phase_deg",
+    "max_m",
+    "min_m",
+    "contact_fraction",
     "smallest_gap_m",
+    "largest_multiplier",
+    "stability",
+    "energy_balance",
+    "event",
     "status",
     "reason",
 )
 
 
-def write_response(
-    folder: Path, monitors: Sequence[str], points: Sequence[ResponsePoint], *, title: str
-) -> None:
+def write_response(folder: Path, monitors: Sequence[str], found: Response, *, title: str) -> None:
     """Write the motions of a driven structure, and their picture, to a folder.
 
     Raises:
@@ -36,23 +48,49 @@ def write_response(
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for point in points:
-        writer.writerows(_rows(monitors, point))
+    for _, own in itertools.groupby(found.points, key=lambda point: (point.level, point.branch)):
+        for number, point in enumerate(own, start=1):
+            writer.writerows(_rows(monitors, point, number))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(folder / "response.csv", text.getvalue().encode())
         with replacing(folder / "response.png") as part:
-            response_plot(monitors, points, title).savefig(part, format="png", dpi=DPI)
+            response_plot(monitors, found.points, title).savefig(part, format="png", dpi=DPI)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
 
-def _rows(monitors: Sequence[str], point: ResponsePoint) -> Iterator[list[str]]:
-    """Rows of a frequency, one for each point that is watched; empty where there is no number."""
-    excited = len(monitors) - len(point.gap)
-    gaps = [point.gap.min()] * excited + list(point.gap)
-    for monitor, amplitude, phase, gap in zip(
-        monitors, point.amplitude, point.phase, gaps, strict=True
-    ):
-        numbers = [f"{value:.12g}" if point.found else "" for value in (amplitude, phase, gap)]
-        yield [f"{point.frequency:.12g}", monitor, *numbers, point.status, point.reason]
+def _rows(monitors: Sequence[str], point: ResponsePoint, number: int) -> Iterator[list[str]]:
+    """Rows of a motion, one for each place that is watched; empty where there is no number."""
+    known = point.displacements
+    others = len(monitors) - len(point.gap)
+    gaps = [point.gap.min()] * others + list(point.gap)
+    for place, monitor in enumerate(monitors):
+        numbers = (
+            point.amplitude[place],
+            point.phase[place],
+            known.highest[place],
+            known.lowest[place],
+            known.contact[place],
+            gaps[place],
+        )
+        yield [
+            f"{point.level:.12g}",
+            str(point.branch),
+            str(number),
+            f"{point.frequency:.12g}",
+            _number(point.speed),
+            monitor,
+            *(_number(value) if point.found else "" for value in numbers),
+            _number(point.judgement.largest_multiplier),
+            point.judgement.stability,
+            f"{point.imbalance:.2e}" if point.found else "",
+            point.event,
+            point.status,
+            point.reason,
+        ]
+
+
+def _number(value: float) -> str:
+    """A number in 12 digits; nothing for one that is not known."""
+    return "" if math.isnan(value) else f"{value:.12g}"

@@ -1,4 +1,4 @@
-"""What a driven structure is reduced to, as long as it touches nothing."""
+"""What a driven structure is reduced to."""
 
 from __future__ import annotations
 
@@ -7,64 +7,111 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import TooManyModesError
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.reduction.attached import AttachedPoints, enriched
+from fenics_nnm.reduction.attached import AttachedPoints, EnrichedModes, enriched
 from fenics_nnm.reduction.linear_modes import LinearModes
-from fenics_nnm.reduction.operators import Operators
+from fenics_nnm.reduction.massless import massless_model
+from fenics_nnm.reduction.operators import Operators, Product
+
+
+def undamped(columns: Array) -> Array:
+    """No damping forces."""
+    return np.zeros_like(columns)
+
+
+@dataclass(frozen=True, slots=True)
+class DrivenPlaces:
+    """Places of a structure where forces act or displacements are watched.
+
+    Attributes:
+        springs: Points with springs that are not linear.
+        excited: Unit forces at the excited places, shape (n, p).
+        sizes: Sizes of the forces in N, 0-peak, shape (p,).
+        monitored: Unit forces at the places that are watched besides, shape (n, w).
+        dampers: Unit forces at the places of dashpots, shape (n, d).
+        contact: Unit contact forces, B^T, shape (n, n_c).
+        gap: Gaps of the contact points in m, shape (n_c,).
+        damping: C u in N s/m times m, of all dashpots and of a damping matrix.
+    """
+
+    springs: AttachedPoints
+    excited: Array
+    sizes: Array
+    monitored: Array
+    dampers: Array
+    contact: Array
+    gap: Array
+    damping: Product = undamped
 
 
 @dataclass(frozen=True, slots=True)
 class DrivenBasis:
-    """Free modes, and the shapes that static displacements under forces at points add to them.
-
-    Contact points move with these alone and so carry mass: no residual flexibility is left out
-    where nothing presses them, and forces may act at contact points, too.
+    """Free modes, and the shapes that static displacements under forces at places add to them.
 
     Attributes:
-        model: Reduced model with R = 0.
+        model: Reduced model. Contact points have no mass, if the modes leave them flexibility of
+            their own; else they move with the modes alone, and R = 0.
         modes: Number of free modes J; the shapes that were added come after them.
-        excited: Displacement of the excited points, each along its force, per modal coordinate,
+        excited: Displacement of the excited places, each along its force, per modal coordinate,
             kg^-1/2, shape (p, J').
+        sizes: Sizes of the forces in N, 0-peak, shape (p,).
+        monitored: The same of the places that are watched, shape (w, J').
+        residual: Displacement of excited and watched places under unit contact forces that the
+            modes do not bring, m/N, shape (p + w, n_c).
+        rate: Damping matrix of dashpots and of a matrix, in 1/s, shape (J', J').
         forces: Forces of springs that are not linear.
     """
 
     model: ReducedModel
     modes: int
     excited: Array
+    sizes: Array
+    monitored: Array
+    residual: Array
+    rate: Array
     forces: tuple[Force, ...]
 
 
-def driven_basis(
-    modes: LinearModes, springs: AttachedPoints, excited: Array, gap: Array, operators: Operators
-) -> DrivenBasis:
+def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators) -> DrivenBasis:
     """Reduce a driven structure.
 
     Args:
         modes: Free modes.
-        springs: Points with springs that are not linear.
-        excited: Unit forces at the excited points, shape (n, p).
-        gap: Gaps of the contact points in m, shape (n_c,).
+        places: Where forces act and displacements are watched.
         operators: Products with the matrices of the structure.
 
     Raises:
-        ModelError: if an excited point moves no mass.
+        ModelError: if an excited place moves no mass.
     """
-    points = springs.and_also(excited)
+    points = places.springs.and_also(np.hstack([places.excited, places.dampers]))
     basis = enriched(modes.omega, modes.shapes, points.rows, operators)
     attached = operators.inner(points.rows, basis.shapes)
-    springs_alone = len(attached) - excited.shape[1]
-    count = len(gap)
+    static = operators.static(places.contact)
+    watched = np.hstack([places.excited, places.monitored])
+    shapes = operators.inner(watched, basis.shapes)
+    excited = places.excited.shape[1]
+    model = _model(basis, static, places.gap, operators)
+    residual = operators.inner(watched, static) - (shapes / model.omega**2) @ model.Phi.T
     return DrivenBasis(
-        model=ReducedModel(
-            omega=basis.omega,
-            Phi=operators.contact(basis.shapes),
-            R=np.zeros((count, count)),
-            gap=gap,
-            contact=MASSIVE,
-        ),
+        model=model,
         modes=basis.free,
-        excited=attached[springs_alone:],
+        excited=shapes[:excited],
+        sizes=places.sizes,
+        monitored=shapes[excited:],
+        residual=residual if model.massless else np.zeros_like(residual),
+        rate=operators.inner(basis.shapes, places.damping(basis.shapes)),
         forces=points.forces(attached),
     )
+
+
+def _model(basis: EnrichedModes, static: Array, gap: Array, operators: Operators) -> ReducedModel:
+    """The reduced model, with massless contact points if the modes leave them flexible."""
+    Phi, count = operators.contact(basis.shapes), len(gap)
+    try:
+        return massless_model(basis.omega, Phi, operators.contact(static), gap)
+    except TooManyModesError:
+        none = np.zeros((count, count))
+        return ReducedModel(basis.omega, Phi, none, gap, contact=MASSIVE)

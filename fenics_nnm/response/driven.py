@@ -1,24 +1,23 @@
-r"""Motions of a driven structure at given frequencies, from the harmonic equations.
+r"""Motions of a driven structure over frequency, for one level of its forces.
 
-Without forces that depend on the motion the equations are linear: with the complex modal force p
+As long as nothing touches, and without springs that are not linear, the equations are linear: with
+the complex modal force p of each harmonic
 
-    (Lambda - omega^2 + i omega C) x = p,      q(t) = Re(x exp(i omega t)),
+    (Lambda - n^2 omega^2 + i n omega C) x_n = p_n,      q(t) = Re(sum_n x_n exp(i n omega t)),
 
-is solved exactly. Springs that are not linear take Newton's iteration, which starts there.
-
-Nothing presses a contact point in these motions. One that closes a gap is no motion of the
-structure, and is reported as such, without amplitudes.
+is solved exactly at the wanted frequencies. Springs that are not linear take Newton's iteration,
+which starts there. Where a motion closes a gap, the response is followed along its curve through
+all frequencies, see `response.curve`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import StrEnum
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Complex
+from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import ContactForces
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.nonlinear.conditions import FixedFrequency
@@ -26,61 +25,10 @@ from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.newton import solve
 from fenics_nnm.nonlinear.solution import Solution, evaluated
 from fenics_nnm.nonlinear.unknowns import Unknowns
+from fenics_nnm.response.balance import LARGEST_IMBALANCE, imbalance
+from fenics_nnm.response.displacements import displacements
+from fenics_nnm.response.point import Displacements, Judgement, ResponsePoint, Status
 from fenics_nnm.response.structure import DrivenStructure
-
-#: Instants of a period at which the largest displacement of several harmonics is looked for.
-_INSTANTS = 4096
-
-
-class Status(StrEnum):
-    """What is known of the motion at a frequency."""
-
-    EXACT = "exact"
-    CONVERGED = "converged"
-    TOUCHES = "touches"
-    FAILED = "failed"
-
-
-@dataclass(frozen=True, slots=True)
-class ResponsePoint:
-    """The motion of a driven structure at one frequency.
-
-    Attributes:
-        frequency: Frequency in Hz.
-        status: What is known of the motion.
-        displacement: Complex amplitudes of the first harmonic of the points that are watched, in
-            m, 0-peak; nan where the motion touches or was not found, shape (p + n_c,).
-        gap: Smallest remaining gap of each contact point over the period in m; nan where the
-            motion touches or was not found, shape (n_c,).
-        residual: Relative residual of the harmonic equations.
-        reason: Why there are no amplitudes, or nothing.
-    """
-
-    frequency: float
-    status: Status
-    displacement: Complex
-    gap: Array
-    residual: float
-    reason: str = ""
-
-    @property
-    def found(self) -> bool:
-        """Whether there are amplitudes."""
-        return self.status in (Status.EXACT, Status.CONVERGED)
-
-    @property
-    def amplitude(self) -> Array:
-        """Amplitudes in m, 0-peak, shape (p + n_c,)."""
-        return np.abs(self.displacement)
-
-    @property
-    def phase(self) -> Array:
-        """Lags behind cos(omega t) in degrees, 0 to 360, shape (p + n_c,).
-
-        Of an excited point whose force has no phase it is the lag behind the force, between 0 and
-        180 for a single mode: 90 at phase resonance.
-        """
-        return np.asarray(np.rad2deg(-np.angle(self.displacement)) % 360.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,14 +42,14 @@ class NothingTouches:
         return ContactForces.alone(np.zeros_like(free_displacement))
 
 
-def response(
+def open_response(
     structure: DrivenStructure,
     series: FourierSeries,
     frequencies: Array,
     *,
     on_progress: Callable[[float], None] = lambda part: None,
 ) -> tuple[ResponsePoint, ...]:
-    """Motions of a driven structure at some frequencies.
+    """Motions at some frequencies as if there were no obstacles; those that close a gap say so.
 
     Args:
         structure: Driven structure.
@@ -110,19 +58,19 @@ def response(
         on_progress: Called with the part of the frequencies that is done.
 
     Raises:
-        ModelError: if a gap is not positive.
+        ModelError: if a gap is not positive where contact points carry mass.
     """
     equations = HarmonicEquations(structure.mechanics, series, NothingTouches())
     points = []
     for number, frequency in enumerate(map(float, frequencies), start=1):
-        solution = _solution(equations, 2 * np.pi * frequency)
-        points.append(_point(structure, series, frequency, solution))
+        solution = open_motion(equations, 2 * np.pi * frequency)
+        points.append(_open_point(structure, series, frequency, solution))
         on_progress(number / len(frequencies))
     return tuple(points)
 
 
-def _solution(equations: HarmonicEquations, omega: float) -> Solution:
-    """The motion at a frequency, as if there were no obstacles."""
+def open_motion(equations: HarmonicEquations, omega: float) -> Solution:
+    """The motion at a circular frequency in rad/s, as if there were no obstacles."""
     mechanics, series = equations.mechanics, equations.series
     push = sum(each.harmonics(series) for each in mechanics.excitations)
     linear = Unknowns.of(mechanics.linear.at(series, omega).solve(np.asarray(push)), omega)
@@ -131,36 +79,41 @@ def _solution(equations: HarmonicEquations, omega: float) -> Solution:
     return solve(equations, FixedFrequency(omega), linear)
 
 
-def _point(
+def point_of(
+    structure: DrivenStructure, series: FourierSeries, solution: Solution, status: Status
+) -> ResponsePoint:
+    """A motion that was found as a point of the response."""
+    error = imbalance(structure.mechanics, series, solution.at)
+    judgement = Judgement(status)
+    if not error <= LARGEST_IMBALANCE:
+        judgement = Judgement(
+            Status.FAILED, f"the work of the forces differs from the dissipation by {error:.1e}"
+        )
+    found = displacements(structure, series, solution)
+    frequency = solution.omega / (2 * np.pi)
+    return ResponsePoint(
+        frequency, judgement, found, solution.residual, solution.q, imbalance=error
+    )
+
+
+def _open_point(
     structure: DrivenStructure, series: FourierSeries, frequency: float, solution: Solution
 ) -> ResponsePoint:
-    """A motion as a point of the response."""
-    watched = solution.q @ structure.watched.T
-    first, second = np.flatnonzero(series.order == 1)
-    gap = structure.model.gap - _largest(series, solution.free)
-    status, reason = _verdict(solution, gap, linear=not structure.forces)
-    if reason:
-        gap, watched = np.full_like(gap, np.nan), np.full_like(watched, np.nan)
-    displacement = watched[first] - 1j * watched[second]
-    return ResponsePoint(frequency, status, displacement, gap, solution.residual, reason)
+    """A motion without contact as a point of the response."""
+    status = Status.CONVERGED if structure.forces else Status.EXACT
+    point = replace(point_of(structure, series, solution, status), frequency=frequency)
+    judgement = _judged(solution, point)
+    if judgement.status in (Status.FAILED, Status.TOUCHES):
+        nothing = Displacements.unknown(len(structure.monitors), structure.model.points)
+        return replace(point, judgement=judgement, displacements=nothing)
+    return point
 
 
-def _verdict(solution: Solution, gap: Array, *, linear: bool) -> tuple[Status, str]:
-    """Status of a motion with such gaps left, and why it has no amplitudes."""
+def _judged(solution: Solution, point: ResponsePoint) -> Judgement:
+    """What is known of a motion without contact, and why it has no amplitudes."""
     if solution.failure:
-        return Status.FAILED, solution.failure
-    if gap.min() <= 0:
-        closed = int(np.argmin(gap)) + 1
-        return Status.TOUCHES, (
-            f"closes the gap at contact point {closed}: the response with contact is not "
-            "available yet"
-        )
-    return (Status.EXACT if linear else Status.CONVERGED), ""
-
-
-def _largest(series: FourierSeries, harmonics: Array) -> Array:
-    """Largest values over a period, shape (n_c,), of coefficients of shape (c, n_c)."""
-    if not harmonics[series.order > 1].any():
-        return np.asarray(harmonics[0] + np.linalg.norm(harmonics[series.order == 1], axis=0))
-    phase = 2 * np.pi * np.arange(_INSTANTS) / _INSTANTS
-    return np.asarray((series.basis_at(phase) @ harmonics).max(axis=0))
+        return Judgement(Status.FAILED, solution.failure)
+    if point.gap.min() <= 0:
+        closed = int(np.argmin(point.gap)) + 1
+        return Judgement(Status.TOUCHES, f"closes the gap at contact point {closed}")
+    return point.judgement

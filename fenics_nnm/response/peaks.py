@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.response.driven import ResponsePoint
+from fenics_nnm.response.point import ResponsePoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,33 +16,53 @@ class Peak:
     """A largest amplitude between smaller ones.
 
     Attributes:
-        monitor: Number of the point that is watched, from 0.
+        monitor: Number of the place that is watched, from 0.
         frequency: Frequency in Hz, one of those of the response.
         amplitude: Amplitude in m, 0-peak.
         phase: Lag in degrees.
+        level: Factor of the forces.
     """
 
     monitor: int
     frequency: float
     amplitude: float
     phase: float
+    level: float = 1.0
 
 
 def peaks(points: Sequence[ResponsePoint], monitor: int) -> Iterator[Peak]:
-    """Peaks of the amplitude of a point that is watched, among the frequencies of a response.
+    """Peaks of the amplitude of a place that is watched, among the points of one curve.
 
-    Frequencies at the ends, and beside one without amplitude, are none: the top may lie beyond.
+    Points at the ends, and beside one without amplitude, are none: the top may lie beyond.
     """
     amplitude = np.array([point.amplitude[monitor] for point in points])
     for here in range(1, len(points) - 1):
         if amplitude[here - 1] < amplitude[here] >= amplitude[here + 1]:
             point = points[here]
             yield Peak(
-                monitor, point.frequency, float(amplitude[here]), float(point.phase[monitor])
+                monitor,
+                point.frequency,
+                float(amplitude[here]),
+                float(point.phase[monitor]),
+                point.level,
             )
 
 
+def curve_peaks(points: Sequence[ResponsePoint], others: int) -> Iterator[Peak]:
+    """Peaks of all levels and branches, of the places before the contact points and one of these.
+
+    Args:
+        points: Points in the order of the curves.
+        others: Number of places before the contact points.
+    """
+    for _, each in itertools.groupby(points, key=lambda point: (point.level, point.branch)):
+        own = list(each)
+        every = range(len(own[0].amplitude))
+        for monitor in (*every[:others], most_moved(own, every[others:])):
+            yield from peaks(own, monitor)
+
+
 def most_moved(points: Sequence[ResponsePoint], monitors: Sequence[int]) -> int:
-    """The one of some monitors with the largest amplitude; the first if there are none."""
+    """The one of some places with the largest amplitude; the first if there are none."""
     largest = [max(np.nan_to_num(p.amplitude[each]) for p in points) for each in monitors]
     return monitors[int(np.argmax(largest))]

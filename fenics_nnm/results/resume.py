@@ -24,7 +24,17 @@ from fenics_nnm.study.messages import shown
 
 #: Sections of a study that may differ: they say which points are wanted and what is written of
 #: them, or, as units, nothing once it is read. Of the continuation some keys matter, see `_leaves`.
-_FREE = ("title", "length_unit", "continuation", "damping", "excitation", "response", "output")
+_FREE = (
+    "title",
+    "length_unit",
+    "continuation",
+    "damping",
+    "dashpot",
+    "excitation",
+    "monitor",
+    "response",
+    "output",
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.loads import Pressure
+from fenics_nnm.fem.pushes import FacetPressure, Force, Push, ShakenBase
 from fenics_nnm.fem.regions import Region
 from fenics_nnm.fem.solid import Body
 from fenics_nnm.structure.rigid_facets import rigid_facets
@@ -28,17 +30,53 @@ def body_of(study: MeshStudy, dim: int) -> Body:
     )
 
 
-def excitations_of(study: MeshStudy, dim: int) -> Iterator[Attachment]:
-    """The forces of a study on a mesh of some dimension.
+def excitations_of(study: MeshStudy, dim: int) -> Iterator[Push]:
+    """What drives the body of a study on a mesh of some dimension.
 
     Raises:
-        ModelError: if a point or a force has too few components.
+        ModelError: if a point, a force or an acceleration has too few components.
     """
     for number, each in enumerate(study.excitation, start=1):
         key = f"excitation[{number}]" if len(study.excitation) > 1 else "excitation"
         point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
-        force = fitted(each.force, dim, f"{key}.force")
-        yield Attachment(key, "force", force, point, each.facets or ())
+        facets = each.facets or ()
+        if each.pressure is not None:
+            yield FacetPressure(Pressure(key, facets, each.pressure))
+        elif each.base is not None:
+            yield ShakenBase(fitted(each.base, dim, f"{key}.base"))
+        else:
+            force = fitted(each.force or (), dim, f"{key}.force")
+            yield Force(Attachment(key, "force", force, point, facets))
+
+
+def dashpots_of(study: MeshStudy, dim: int) -> tuple[Attachment, ...]:
+    """The dashpots of a study on a mesh of some dimension.
+
+    Raises:
+        ModelError: if a point or a damping has too few components.
+    """
+    found = []
+    for number, each in enumerate(study.dashpot, start=1):
+        key = f"dashpot[{number}]"
+        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        values = fitted(each.damping, dim, f"{key}.damping")
+        found.append(Attachment(key, "dashpot", values, point, each.facets or ()))
+    return tuple(found)
+
+
+def monitors_of(study: MeshStudy, dim: int) -> tuple[Attachment, ...]:
+    """The places that a study watches on a mesh of some dimension.
+
+    Raises:
+        ModelError: if a point or a direction has too few components.
+    """
+    found = []
+    for number, each in enumerate(study.monitor, start=1):
+        key = f"monitor[{number}]"
+        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        direction = fitted(each.direction, dim, f"{key}.direction")
+        found.append(Attachment(key, "monitor", direction, point, each.facets or ()))
+    return tuple(found)
 
 
 def _masses(study: MeshStudy, dim: int) -> Iterator[Attachment]:

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from mpi4py import MPI
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.errors import StudyError
 from fenics_nnm.mechanics.fourier import FourierSeries
-from fenics_nnm.response.driven import ResponsePoint, response
-from fenics_nnm.response.structure import DrivenStructure
+from fenics_nnm.mechanics.hysteretic import HystereticPart
+from fenics_nnm.mechanics.linear_part import LinearPart, RatedPart
+from fenics_nnm.reduction.driven import DrivenBasis
+from fenics_nnm.response.levels import Response, response
+from fenics_nnm.response.structure import (
+    NO_FLEXIBILITY,
+    Drive,
+    DrivenStructure,
+    Watched,
+    numbered,
+)
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import structure_of
 from fenics_nnm.structure.motions import assert_without_coriolis
 from fenics_nnm.study import Study
+from fenics_nnm.study.driven import base_order
 
-#: Sections that a response needs, besides those of every study.
-_NEEDED = ("damping", "excitation", "response")
+#: Sections that a response needs, besides damping of some kind and those of every study.
+_NEEDED = ("excitation", "response")
 
 
 def driven_structure(study: Study, comm: MPI.Comm, stages: Stages | None = None) -> DrivenStructure:
@@ -26,42 +39,130 @@ def driven_structure(study: Study, comm: MPI.Comm, stages: Stages | None = None)
         MeshError, ModelError, ConvergenceError: as `Structure.driven`.
     """
     _assert_drivable(study)
+    harmonics = _harmonics(study)
     basis = structure_of(study).driven(comm, stages or Stages())
-    assert study.damping is not None  # refused above
-    if basis.model.gap.min() <= 0:
-        raise StudyError(
-            f"contact.gap = {basis.model.gap.min():g}: must be positive: the response with contact "
-            "is not available yet"
-        )
+    model = basis.model
+    if model.gap.min() <= 0 and not model.massless:
+        raise StudyError(f"contact.gap = {model.gap.min():g}: must be positive: {NO_FLEXIBILITY}")
+    turns = np.array([each.turn for each in study.excitation])
     return DrivenStructure(
-        model=basis.model,
-        rate=study.damping.rate(basis.model.omega, basis.modes),
-        excited=basis.excited,
-        amplitudes=np.array([each.amplitude for each in study.excitation]),
+        model=model,
+        linear=_linear(study, basis),
+        drive=Drive(basis.excited, basis.sizes * turns, harmonics),
+        watched=_watched(study, basis),
         forces=basis.forces,
+        objection="" if model.massless else NO_FLEXIBILITY,
     )
 
 
 def driven_motions(
     study: Study, structure: DrivenStructure, stages: Stages | None = None
-) -> tuple[ResponsePoint, ...]:
+) -> Response:
     """The motions of its driven structure that a study asks for."""
     assert study.response is not None  # refused by `driven_structure`
     stages = stages or Stages()
     series = FourierSeries(study.resolution.harmonics, study.resolution.samples)
     with stages.stage("response"):
-        frequencies = study.response.frequencies.values
-        return response(structure, series, frequencies, on_progress=stages.report)
+        found = response(
+            structure,
+            series,
+            wanted_frequencies(study),
+            study.response.levels,
+            on_progress=stages.report,
+        )
+    per_hertz = speed_per_hertz(study)
+    points = [replace(each, speed=per_hertz * each.frequency) for each in found.points]
+    return replace(found, points=tuple(points))
+
+
+def wanted_frequencies(study: Study) -> Array:
+    """Frequencies in Hz that a study asks for, shape (f,)."""
+    assert study.response is not None  # refused by `driven_structure`
+    if study.response.frequencies is not None:
+        return study.response.frequencies.values
+    assert study.response.speeds is not None  # one of the two is given
+    return study.response.speeds.values / speed_per_hertz(study)
+
+
+def speed_per_hertz(study: Study) -> float:
+    """Speed in rad/s that goes with a frequency of 1 Hz; nan where they are not tied."""
+    orders = _orders(study)
+    return 2 * np.pi / base_order(orders) if orders else float("nan")
+
+
+def _orders(study: Study) -> tuple[int, ...]:
+    """Engine orders of the excitation, none where frequencies are given."""
+    return tuple(each.order for each in study.excitation if each.order is not None)
+
+
+def _harmonics(study: Study) -> tuple[int, ...]:
+    """Harmonics of the frequency of the response at which the forces act.
+
+    Raises:
+        StudyError: if engine orders and speeds do not go together, or the series lacks a harmonic.
+    """
+    assert study.response is not None  # refused before
+    orders, by_speed = _orders(study), study.response.speeds is not None
+    if by_speed and len(orders) < len(study.excitation):
+        raise StudyError("response.speeds: needs excitation.order in every [[excitation]]")
+    if orders and not by_speed:
+        raise StudyError(
+            f"excitation.order = {orders[0]}: is a multiple of the speed: needs response.speeds"
+        )
+    base = base_order(orders) if orders else 1
+    found = tuple(
+        each.harmonic if each.order is None else each.order // base for each in study.excitation
+    )
+    if max(found) > study.resolution.harmonics:
+        raise StudyError(
+            f"mode.harmonics = {study.resolution.harmonics}: must be {max(found)} or more, the "
+            "highest harmonic of the excitation"
+        )
+    if not any(found):
+        raise StudyError("excitation.harmonic = 0: must be positive in one [[excitation]] at least")
+    return found
+
+
+def _linear(study: Study, basis: DrivenBasis) -> LinearPart:
+    """Stiffness, inertia and damping."""
+    omega, rate = basis.model.omega, basis.rate
+    if study.damping is None:
+        return RatedPart(omega, rate)
+    rate = rate + study.damping.rate(omega, basis.modes)
+    loss = study.damping.loss(omega, basis.modes)
+    rated = RatedPart(omega, rate)
+    return HystereticPart(rated, loss) if loss.any() else rated
+
+
+def _watched(study: Study, basis: DrivenBasis) -> Watched:
+    """Places that are watched, by their names.
+
+    Raises:
+        StudyError: if two have one name.
+    """
+    names = (
+        *numbered("excitation", len(basis.excited)),
+        *(each.name for each in study.monitor),
+    )
+    shapes = np.vstack([basis.excited, basis.monitored])
+    places = {name: (shapes[n], basis.residual[n]) for n, name in enumerate(names)}
+    found = Watched.of(basis.model, places)
+    for name in names:
+        if names.count(name) > 1 or found.names.count(name) > 1 or name.startswith("contact "):
+            raise StudyError(f'monitor.name = "{name}": must differ from those of other places')
+    return found
 
 
 def _assert_drivable(study: Study) -> None:
     assert_without_coriolis(study)
-    missing = [name for name in _NEEDED if name not in study.driven_sections]
+    given = study.driven_sections
+    missing = [name for name in _NEEDED if name not in given]
+    missing = missing if {"damping", "dashpot"} & set(given) else ["damping", *missing]
     if missing:
         verb = "is" if len(missing) == 1 else "are"
         raise StudyError(
             f"{', '.join(missing)}: {verb} missing: fenics-nnm response needs the sections "
-            "[damping], [excitation] and [response]"
+            "[damping] or [[dashpot]], [excitation] and [response]"
         )
     if study.automatic:
         raise StudyError(f'{study.automatic[0]} = "auto": fenics-nnm response needs a number')

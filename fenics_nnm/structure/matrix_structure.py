@@ -10,7 +10,7 @@ from mpi4py import MPI
 from scipy import sparse
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError
+from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.reduction.attached import AttachedPoints
@@ -30,10 +30,12 @@ from fenics_nnm.reduction.modal_derivatives import Deflection, with_second_order
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.driven_matrices import driven_places, unit_rows
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.mode_count import mode_count
+from fenics_nnm.structure.structure import WITHOUT_BENDING
 from fenics_nnm.study import MatrixStudy
 
 
@@ -60,13 +62,15 @@ class MatrixStructure:
         return on_root(comm, self._driven, stages)
 
     def _driven(self, stages: Stages) -> DrivenBasis:
+        if self.study.matrices.bends:
+            raise StudyError(f"matrices.quadratic_stiffness and the like: {WITHOUT_BENDING}")
         matrices = self.matrices_at_speed(stages)
-        springs, excited = _cubic_springs(self.study, matrices), _excited(self.study, matrices)
+        places = driven_places(self.study, matrices, _cubic_springs(self.study, matrices))
         with stages.stage("modes"):
             solver = MatrixSolver(matrices)
             modes = solver.modes(mode_count(self.study, None, matrices.massive))
         with stages.stage("attachments"):
-            return driven_basis(modes, springs, excited, matrices.gap, solver.operators())
+            return driven_basis(modes, places, solver.operators())
 
     def matrices_at_speed(self, stages: Stages) -> Matrices:
         """Read the matrices; stiffness and gaps are those at the speed of the study.
@@ -246,28 +250,5 @@ def _cubic_springs(study: MatrixStudy, matrices: Matrices) -> AttachedPoints:
     Raises:
         ModelError: if there is no such unknown.
     """
-    rows = _unit_rows(matrices, "spring", [each.unknown for each in study.spring])
+    rows = unit_rows(matrices, "spring", [each.unknown for each in study.spring])
     return AttachedPoints(rows, np.array([each.cubic for each in study.spring]))
-
-
-def _excited(study: MatrixStudy, matrices: Matrices) -> Array:
-    """Unit forces along those of a study, shape (n, p).
-
-    Raises:
-        ModelError: if there is no such unknown.
-    """
-    rows = _unit_rows(matrices, "excitation", [each.unknown for each in study.excitation])
-    return rows * np.sign([each.force for each in study.excitation])
-
-
-def _unit_rows(matrices: Matrices, section: str, unknowns: list[int]) -> Array:
-    """Unit forces at unknowns, counted from 1, of several sections, shape (n, p)."""
-    rows = np.zeros((matrices.size, len(unknowns)))
-    for number, unknown in enumerate(unknowns, start=1):
-        if unknown > matrices.size:
-            raise ModelError(
-                f"{section}[{number}].unknown = {unknown}: must not be above "
-                f"{matrices.size}, the number of unknowns of the stiffness"
-            )
-        rows[unknown - 1, number - 1] = 1.0
-    return rows

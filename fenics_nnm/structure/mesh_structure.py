@@ -11,16 +11,17 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.blocks import KEPT_MESH, Data
 from fenics_nnm.fem.contact import ContactInterface, interface_at
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
+from fenics_nnm.fem.driven import Others, driven
 from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.kept_mesh import StoredMesh
 from fenics_nnm.fem.linear import (
     LinearAnalysis,
     craig_bampton_reduced,
-    driven,
     massless_reduced,
 )
 from fenics_nnm.fem.memory import memory_of_rank
@@ -34,7 +35,7 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.bending import Bending
-from fenics_nnm.structure.body import body_of, excitations_of
+from fenics_nnm.structure.body import body_of, dashpots_of, excitations_of, monitors_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
@@ -67,7 +68,7 @@ from fenics_nnm.structure.point_choice import (
 )
 from fenics_nnm.structure.rigid_facets import rigid_lines
 from fenics_nnm.structure.sanity import mesh_warnings
-from fenics_nnm.structure.structure import Outline
+from fenics_nnm.structure.structure import WITHOUT_BENDING, Outline
 from fenics_nnm.study import MeshStudy
 
 #: Where points are pressed at rest, contact points are chosen anew at most so many times.
@@ -114,18 +115,22 @@ class MeshStructure:
 
     def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
         """As `Structure.driven`."""
-        study, assembled = self.study, self.assembled(comm, stages)
+        study = self.study
+        if study.body.kinematics == "second-order":
+            raise StudyError(f'body.kinematics = "second-order": {WITHOUT_BENDING}')
+        assembled = self.assembled(comm, stages)
         solid = assembled.solid
         interface = assembled.interface(evenly_spread(assembled.sites))
         report_notes(solid.tagged.notes, comm)
-        forces = excitations_of(study, solid.tagged.dim)
+        pushes = excitations_of(study, solid.tagged.dim)
+        others = Others(dashpots_of(study, solid.tagged.dim), monitors_of(study, solid.tagged.dim))
         with stages.stage("factors"):
             found = _modal_solver(study, solid)
         with found as solver:
             with stages.stage("modes"):
                 modes = solver.modes(mode_count(study, None, solver.free))
             with stages.stage("attachments"):
-                return driven(solid, interface, forces, modes, solver)
+                return driven(solid, interface, pushes, others, modes, solver)
 
     def assembled(self, comm: MPI.Comm, stages: Stages) -> Assembled:
         """The body about its static state, with the vertices that can become contact points."""

@@ -23,7 +23,7 @@ from fenics_nnm.study.inputs import input_digests
 
 #: Sections of a study that say nothing about the structure.
 _OF_MOTIONS = {"title", "length_unit", "mode", "augmented_lagrangian", "continuation", "output"}
-_OF_MOTIONS |= {"damping", "excitation", "response"}
+_OF_MOTIONS |= {"damping", "dashpot", "excitation", "monitor", "response"}
 
 
 @dataclass(slots=True)

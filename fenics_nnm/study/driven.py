@@ -1,119 +1,134 @@
-"""Sections of the study file about driven motions: damping, excitation, frequencies."""
+"""Sections of the study file about driven motions: excitation, frequencies, places watched."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import math
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import StudyError
-from fenics_nnm.mechanics.damping import modal_rate, rayleigh_rate
 from fenics_nnm.study.continuation import Range
-from fenics_nnm.study.record import Count, Finite, FromList, Names, Place, Positive, Record, Vector
+from fenics_nnm.study.record import (
+    Count,
+    Finite,
+    FromList,
+    Name,
+    Names,
+    Place,
+    Positive,
+    Record,
+    Vector,
+)
 
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Ratios = Annotated[tuple[Positive, ...], Field(min_length=1), FromList]
+_PHASE = "phase of the force in degrees: F cos(n omega t + phase)"
 
-_PHASE = "phase of the force in degrees: F cos(omega t + phase)"
+#: Highest harmonic, or engine order, of an excitation.
+_HIGHEST = 1000
+
+Harmonic = Annotated[int, Field(ge=0, le=_HIGHEST)]
+Order = Annotated[int, Field(gt=0, le=_HIGHEST)]
 
 
-class RatioSection(Record):
-    """Modal damping by damping ratios."""
+class _Harmonic(Record):
+    """When a force acts: at a multiple of the frequency, or of the speed."""
 
-    ratio: Positive | Ratios = Field(
-        description="damping ratio, positive: one for all modes, or a list with one for each of "
-        "reduction.modes"
+    phase_deg: Finite = Field(0.0, description=_PHASE)
+    harmonic: Harmonic = Field(
+        1, description="multiple n of the frequency of the response, from 0 (a constant force)"
+    )
+    order: Order | None = Field(
+        None,
+        description="engine order: multiple of the speed of rotation, from 1, with response.speeds",
     )
 
-    def rate(self, omega: Array, modes: int) -> Array:
-        """Rate matrix C in 1/s, shape (J', J').
-
-        Args:
-            omega: Circular frequencies in rad/s of the modes, then of shapes that were added to
-                them for forces at points, which take the last ratio, shape (J',).
-            modes: Number of modes J.
-
-        Raises:
-            StudyError: if there is not one ratio for each mode.
-        """
-        ratios = self.ratio if isinstance(self.ratio, tuple) else (self.ratio,) * modes
-        if len(ratios) != modes:
-            raise StudyError(
-                f"damping.ratio has {len(ratios)} values: must be one number, or have one for each "
-                f"of reduction.modes = {modes}"
-            )
-        return modal_rate(omega, np.array(ratios + ratios[-1:] * (len(omega) - modes)))
-
-
-class RayleighSection(Record):
-    """Rayleigh damping alpha M + beta K."""
-
-    alpha: NotNegative = Field(0.0, description="alpha of alpha M + beta K in 1/s, not negative")
-    beta: NotNegative = Field(0.0, description="beta of alpha M + beta K in s, not negative")
+    @property
+    def turn(self) -> complex:
+        """exp(i phase)."""
+        return complex(np.exp(1j * np.deg2rad(self.phase_deg)))
 
     @model_validator(mode="after")
-    def _damps(self) -> RayleighSection:
-        if not self.alpha and not self.beta:
-            raise ValueError("alpha = 0, beta = 0: must not both be zero")
+    def _one_multiple(self) -> _Harmonic:
+        if self.order is not None and "harmonic" in self.model_fields_set:
+            raise ValueError("harmonic, order: must have one of the two")
         return self
 
-    def rate(self, omega: Array, modes: int) -> Array:
-        """Rate matrix C in 1/s of circular frequencies in rad/s, shape (J', J')."""
-        return rayleigh_rate(omega, self.alpha, self.beta)
 
-
-DampingSection = RatioSection | RayleighSection
-"""Damping of driven motions, by whichever keys stand."""
-
-
-def damping_record(values: dict[str, Any]) -> type[DampingSection]:
-    """Record that a section is meant for, so that messages speak of that one alone."""
-    return RayleighSection if {"alpha", "beta"} & values.keys() else RatioSection
-
-
-class ExcitationSection(Record):
-    """A harmonic force at a vertex, or spread evenly over facets."""
+class ExcitationSection(_Harmonic):
+    """A harmonic force at a vertex or on facets, a pressure on facets, or a shaken base."""
 
     at: Place | None = Field(None, description="coordinates in m: the nearest vertex is taken")
     facets: Names | None = Field(None, description="name of a group of facets, or a list of names")
-    force: Vector = Field(
-        description="[fx, fy, fz] in N, 0-peak, of all facets together; as many as dimensions"
+    force: Vector | None = Field(
+        None,
+        description="[fx, fy, fz] in N, 0-peak, of all facets together; as many as dimensions",
     )
-    phase_deg: Finite = Field(0.0, description=_PHASE)
-
-    @property
-    def amplitude(self) -> complex:
-        """Complex amplitude along its direction in N."""
-        return complex(np.linalg.norm(self.force) * np.exp(1j * np.deg2rad(self.phase_deg)))
+    pressure: Finite | None = Field(
+        None, description="pressure on facets in Pa, 0-peak, positive towards the body"
+    )
+    base: Vector | None = Field(
+        None,
+        description="[ax, ay, az], acceleration of the base in m/s^2, 0-peak: displacements are "
+        "those against the base; as many as dimensions",
+    )
 
     @model_validator(mode="after")
-    def _is_a_force_at_one_place(self) -> ExcitationSection:
-        if (self.at is None) == (self.facets is None):
+    def _is_one_force(self) -> ExcitationSection:
+        given = [key for key in ("force", "pressure", "base") if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise ValueError("force, pressure, base: must have one of the three")
+        (key,) = given
+        if self.base is not None and (self.at is not None or self.facets is not None):
+            raise ValueError("base: moves the whole body: at and facets have no effect")
+        if self.base is None and (self.at is None) == (self.facets is None):
             raise ValueError("at, facets: must have one of the two")
-        if not any(self.force):
-            raise ValueError(f"force = {list(self.force)}: must not be zero")
+        if self.pressure is not None and self.facets is None:
+            raise ValueError("pressure: acts on facets: must have facets")
+        value = getattr(self, key)
+        if not np.any(value):
+            shown = list(value) if isinstance(value, tuple) else value
+            raise ValueError(f"{key} = {shown}: must not be zero")
         return self
 
 
-class MatrixExcitationSection(Record):
+class MatrixExcitationSection(_Harmonic):
     """A harmonic force at an unknown of matrices."""
 
     unknown: Count = Field(description="number of the unknown: row of the stiffness, from 1")
     force: Finite = Field(description="force along the unknown in N, 0-peak, not zero")
-    phase_deg: Finite = Field(0.0, description=_PHASE)
-
-    @property
-    def amplitude(self) -> complex:
-        """Complex amplitude along its direction in N."""
-        return complex(abs(self.force) * np.exp(1j * np.deg2rad(self.phase_deg)))
 
     @model_validator(mode="after")
     def _has_effect(self) -> MatrixExcitationSection:
         if not self.force:
             raise ValueError("force = 0: must not be zero")
         return self
+
+
+class MonitorSection(Record):
+    """A place whose displacement is watched."""
+
+    name: Name = Field(description="name in response.csv")
+    at: Place | None = Field(None, description="coordinates in m: the nearest vertex is taken")
+    facets: Names | None = Field(
+        None, description="name of a group of facets, or a list: their mean displacement"
+    )
+    direction: Vector = Field(description="direction of the displacement; any length")
+
+    @model_validator(mode="after")
+    def _is_one_place(self) -> MonitorSection:
+        if (self.at is None) == (self.facets is None):
+            raise ValueError("at, facets: must have one of the two")
+        if not any(self.direction):
+            raise ValueError(f"direction = {list(self.direction)}: must not be zero")
+        return self
+
+
+class MatrixMonitorSection(Record):
+    """An unknown of matrices that is watched."""
+
+    name: Name = Field(description="name in response.csv")
+    unknown: Count = Field(description="number of the unknown: row of the stiffness, from 1")
 
 
 class Hertz(Range):
@@ -130,7 +145,35 @@ class Hertz(Range):
         return np.linspace(self.start, self.stop, steps + 1)
 
 
-class ResponseSection(Record):
-    """At which frequencies a driven motion is found."""
+class Speeds(Hertz):
+    """Range of speeds in rad/s."""
 
-    frequencies: Hertz = Field(description="range { from, to, step } in Hz")
+    start: Positive = Field(alias="from", description="lowest speed in rad/s")
+    stop: Positive = Field(alias="to", description="highest speed in rad/s")
+    step: Positive = Field(description="step in rad/s")
+
+
+Levels = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=100), FromList]
+
+
+class ResponseSection(Record):
+    """At which frequencies or speeds, and levels of the forces, driven motions are found."""
+
+    frequencies: Hertz | None = Field(None, description="range { from, to, step } in Hz")
+    speeds: Speeds | None = Field(
+        None, description="range { from, to, step } in rad/s, for excitation by engine orders"
+    )
+    levels: Levels = Field((1.0,), description="list of factors of all forces, positive")
+
+    @model_validator(mode="after")
+    def _one_range(self) -> ResponseSection:
+        if (self.frequencies is None) == (self.speeds is None):
+            raise ValueError("frequencies, speeds: must have one of the two")
+        if len(set(self.levels)) < len(self.levels):
+            raise ValueError(f"levels = {list(self.levels)}: must differ")
+        return self
+
+
+def base_order(orders: tuple[int, ...]) -> int:
+    """The multiple of the speed that all engine orders are multiples of."""
+    return math.gcd(*orders)

@@ -27,6 +27,7 @@ def prepared(values: dict[str, Any], folder: Path, listed: Iterable[str]) -> dic
     paths = {
         "mesh": ("file", "sections", "hub", "casing"),
         "matrices": _matrix_files(values.get("matrices")),
+        "damping": ("file",),
     }
     for section, keys in paths.items():
         table = values.get(section)

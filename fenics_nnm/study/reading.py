@@ -17,11 +17,17 @@ from fenics_nnm.geometry.lengths import KNOWN, METRES, Units
 from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
 from fenics_nnm.study.body import ClampSection
 from fenics_nnm.study.contact import ContactSection, PatchesSection
-from fenics_nnm.study.driven import (
+from fenics_nnm.study.damping import (
     DampingSection,
+    DashpotSection,
+    MatrixDashpotSection,
+    damping_record,
+)
+from fenics_nnm.study.driven import (
     ExcitationSection,
     MatrixExcitationSection,
-    damping_record,
+    MatrixMonitorSection,
+    MonitorSection,
 )
 from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.material import material_record
@@ -39,13 +45,17 @@ _LISTED: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
     "mass": lambda values: MassSection,
     "spring": lambda values: SpringSection,
     "rigid": lambda values: RigidSection,
+    "dashpot": lambda values: DashpotSection,
     "excitation": lambda values: ExcitationSection,
+    "monitor": lambda values: MonitorSection,
 }
 
 #: The same with matrices of another code.
 _LISTED_WITH_MATRICES: dict[str, Callable[[dict[str, Any]], type[BaseModel]]] = {
     "spring": lambda values: MatrixSpringSection,
+    "dashpot": lambda values: MatrixDashpotSection,
     "excitation": lambda values: MatrixExcitationSection,
+    "monitor": lambda values: MatrixMonitorSection,
 }
 
 #: Records of the built-in geometries by their name.

@@ -19,10 +19,12 @@ from fenics_nnm.study.contact import (
     PatchesSection,
 )
 from fenics_nnm.study.continuation import ContinuationSection, EnergySection
+from fenics_nnm.study.damping import DampingSection, DashpotSection, MatrixDashpotSection
 from fenics_nnm.study.driven import (
-    DampingSection,
     ExcitationSection,
     MatrixExcitationSection,
+    MatrixMonitorSection,
+    MonitorSection,
     ResponseSection,
 )
 from fenics_nnm.study.groups import GroupSection
@@ -255,7 +257,7 @@ class _SprungStudy(_AnyStudy):
     @property
     def driven_sections(self) -> tuple[str, ...]:
         """Sections that `fenics-nnm response` alone reads, of those that the study has."""
-        names = ("damping", "excitation", "response")
+        names = ("damping", "dashpot", "excitation", "monitor", "response")
         return tuple(name for name in names if getattr(self, name, None))
 
     @model_validator(mode="after")
@@ -308,7 +310,9 @@ class MeshStudy(_SprungStudy):
     mass: tuple[MassSection, ...] = ()
     spring: tuple[SpringSection, ...] = ()
     rigid: tuple[RigidSection, ...] = ()
+    dashpot: tuple[DashpotSection, ...] = ()
     excitation: tuple[ExcitationSection, ...] = ()
+    monitor: tuple[MonitorSection, ...] = ()
     rotation: RotationSection | None = None
     load: LoadSection | None = None
     clamp: Clamps = ()
@@ -467,7 +471,9 @@ class MatrixStudy(_SprungStudy):
 
     matrices: MatrixArchive | MatrixFiles
     spring: tuple[MatrixSpringSection, ...] = ()
+    dashpot: tuple[MatrixDashpotSection, ...] = ()
     excitation: tuple[MatrixExcitationSection, ...] = ()
+    monitor: tuple[MatrixMonitorSection, ...] = ()
     contact: MatrixContactSection
     reduction: MatrixReductionSection = MatrixMasslessSection()
     output: MatrixOutputSection = MatrixOutputSection()

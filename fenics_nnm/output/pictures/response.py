@@ -2,43 +2,46 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.output.pictures.style import CURVES, GREY, label, legend_below, new_figure, unit_for
-from fenics_nnm.response.driven import ResponsePoint
 from fenics_nnm.response.peaks import most_moved
+from fenics_nnm.response.point import ResponsePoint
 
 #: Phases at which the axis has ticks, in degrees.
 _QUARTERS = (0, 90, 180, 270, 360)
 
 
 def response_plot(monitors: Sequence[str], points: Sequence[ResponsePoint], title: str) -> Figure:
-    """Amplitude and phase of the excited points, and of the contact point that moves most.
+    """Amplitude and phase of all levels, of places that are watched.
 
-    Bands are frequencies without amplitudes.
+    These are the excited and further places, and the contact point that moves most; with several
+    levels the first of them alone. Bands are frequencies without amplitudes.
     """
     figure = new_figure(height=4.6)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    frequency = np.array([point.frequency for point in points])
-    amplitude = np.array([point.amplitude for point in points])
-    phase = np.array([point.phase for point in points])
-    unit = unit_for(amplitude, "m")
-    every = range(len(monitors))
-    excited = len(monitors) - len(points[0].gap)
-    for (colour, _), each in zip(
-        CURVES, (*every[:excited], most_moved(points, every[excited:])), strict=False
+    unit = unit_for(np.array([point.amplitude for point in points]), "m")
+    names = _names(monitors, points)
+    for (colour, _), ((level, place), name) in zip(
+        itertools.cycle(CURVES), names.items(), strict=False
     ):
-        style = {"color": colour, "lw": 1.2}
-        above.plot(frequency, unit.factor * amplitude[:, each], label=monitors[each], **style)
-        below.plot(frequency, _without_jumps(phase[:, each]), **style)
+        for own in _curves(points, level):
+            style = {"color": colour, "lw": 1.2}
+            frequency, amplitude, phase = _columns(own, place)
+            above.plot(frequency, unit.factor * amplitude, label=name, **style)
+            below.plot(frequency, _without_jumps(phase), **style)
+            name = "_"
     above.set_yscale("log")
     label(above, "", f"amplitude, 0-peak  ({unit.name})")
     label(below, "frequency  (Hz)", "lag  (deg)")
-    below.set_ylim(-5, 365 if np.nanmax(phase, initial=0.0) > 180.5 else 185)
+    phases = np.array([point.phase for point in points])
+    below.set_ylim(-5, 365 if np.nanmax(phases, initial=0.0) > 180.5 else 185)
     below.set_yticks([tick for tick in _QUARTERS if tick <= below.get_ylim()[1]])
     _show_missing((above, below), points)
     above.set_title(title, fontsize=9)
@@ -46,7 +49,35 @@ def response_plot(monitors: Sequence[str], points: Sequence[ResponsePoint], titl
     return figure
 
 
-def _without_jumps(phase: np.ndarray) -> np.ndarray:
+def _names(
+    monitors: Sequence[str], points: Sequence[ResponsePoint]
+) -> dict[tuple[float, int], str]:
+    """Names of what is drawn, by level and number of the place."""
+    levels = list(dict.fromkeys(point.level for point in points))
+    if len(levels) > 1:
+        return {(level, 0): f"{monitors[0]}, level {level:g}" for level in levels}
+    every = range(len(monitors))
+    others = len(monitors) - len(points[0].gap)
+    places = (*every[:others], most_moved(points, every[others:]))
+    return {(levels[0], place): monitors[place] for place in places}
+
+
+def _curves(points: Sequence[ResponsePoint], level: float) -> list[list[ResponsePoint]]:
+    """Branches of a level."""
+    own = [point for point in points if point.level == level]
+    return [list(branch) for _, branch in itertools.groupby(own, key=lambda each: each.branch)]
+
+
+def _columns(points: Sequence[ResponsePoint], place: int) -> tuple[Array, Array, Array]:
+    """Frequencies, amplitudes and phases of a place."""
+    return (
+        np.array([point.frequency for point in points]),
+        np.array([point.amplitude[place] for point in points]),
+        np.array([point.phase[place] for point in points]),
+    )
+
+
+def _without_jumps(phase: Array) -> Array:
     """Phases with a break where they go round from 360 to 0 degrees."""
     broken = phase.copy()
     broken[1:][np.abs(np.diff(phase)) > 180] = np.nan
@@ -56,13 +87,13 @@ def _without_jumps(phase: np.ndarray) -> np.ndarray:
 def _show_missing(panels: Sequence[Axes], points: Sequence[ResponsePoint]) -> None:
     """Bands where there are no amplitudes."""
     frequency = np.array([point.frequency for point in points])
-    middles = (frequency[1:] + frequency[:-1]) / 2
-    edges = np.concatenate([frequency[:1], middles, frequency[-1:]])
+    missing = np.array([not point.found for point in points])
     name = "touches, or not found"
-    for number, point in enumerate(points):
-        if not point.found:
-            for axes in panels:
-                axes.axvspan(
-                    edges[number], edges[number + 1], color=GREY, alpha=0.3, lw=0, label=name
-                )
-            name = "_"
+    for number in np.flatnonzero(missing):
+        edges = [
+            (frequency[number] + frequency[beside]) / 2
+            for beside in (max(number - 1, 0), min(number + 1, len(points) - 1))
+        ]
+        for axes in panels:
+            axes.axvspan(*edges, color=GREY, alpha=0.3, lw=0, label=name)
+        name = "_"

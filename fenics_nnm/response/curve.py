@@ -1,0 +1,199 @@
+"""The response of a driven structure through contact, followed along its curve by arc-length.
+
+The frequency is the parameter: the curve is followed from the lowest frequency, through folds where
+it turns back, to the highest one. Where it does not arrive there it is followed from the highest
+frequency, too, as another branch. Points are those of the continuation, the wanted frequencies
+as often as the curve passes them, folds, and peaks of the first place that is watched.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.arc_length import Problem
+from fenics_nnm.continuation.events import BRANCH_POINT, fold
+from fenics_nnm.continuation.heading import Rising
+from fenics_nnm.continuation.segment import Segment
+from fenics_nnm.continuation.trace import End, Trace, TracePoint, trace
+from fenics_nnm.continuation.trace_options import ArcLength, Bound, Range
+from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.nonlinear.conditions import FREQUENCY, FixedFrequency
+from fenics_nnm.nonlinear.equations import HarmonicEquations
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.timed import TimedEquations
+from fenics_nnm.nonlinear.unknowns import Unknowns
+from fenics_nnm.response.driven import NothingTouches, open_motion, point_of
+from fenics_nnm.response.peak_events import Crest, crests
+from fenics_nnm.response.point import ResponsePoint, Status
+from fenics_nnm.response.structure import DrivenStructure
+
+#: A motion at a wanted frequency is farther from its guess than this part of a step: another one.
+_FARTHEST = 0.5
+
+#: Newton's iteration from a guess far away, at the first frequency.
+_FAR = Newton(tolerance=1e-12, round_off=1e-10, iterations=60)
+
+#: Parts of the force that the first motion is looked for with, until it is found with all of it.
+_SMALLEST_GROWTH = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """The response at one level of the forces.
+
+    Attributes:
+        points: Its points, branch by branch, in the order of each.
+        reason: Why it does not reach from the lowest frequency to the highest one, or nothing.
+    """
+
+    points: tuple[ResponsePoint, ...]
+    reason: str = ""
+
+
+def curve(
+    structure: DrivenStructure,
+    series: FourierSeries,
+    frequencies: Array,
+    *,
+    options: ArcLength | None = None,
+    on_progress: Callable[[float], None] = lambda part: None,
+) -> Curve:
+    """The response through contact.
+
+    Args:
+        structure: Driven structure whose contact points have no mass.
+        series: Series in time.
+        frequencies: Wanted frequencies in Hz, ascending, shape (f,), two or more.
+        options: Steps of the continuation.
+        on_progress: Called with the part of the range of frequencies that was reached.
+    """
+    follower = Follower(
+        structure,
+        series,
+        TimedEquations.of(structure.mechanics, series),
+        2 * np.pi * frequencies,
+        options or ArcLength(),
+    )
+    rising = follower.followed(falls=False, on_progress=on_progress)
+    if not rising.reason:
+        return rising
+    falling = follower.followed(falls=True, on_progress=on_progress)
+    if not falling.points:
+        return rising
+    second = tuple(replace(each, branch=2) for each in falling.points)
+    return Curve(rising.points + second, rising.reason)
+
+
+@dataclass(frozen=True, slots=True)
+class Follower:
+    """What follows the response at one level.
+
+    Attributes:
+        structure: Driven structure.
+        series: Series in time.
+        equations: Its equations.
+        omega: Wanted circular frequencies in rad/s, ascending, shape (f,).
+        options: Steps of the continuation.
+    """
+
+    structure: DrivenStructure
+    series: FourierSeries
+    equations: TimedEquations
+    omega: Array
+    options: ArcLength
+
+    def followed(self, *, falls: bool, on_progress: Callable[[float], None]) -> Curve:
+        """The curve from the lowest frequency up, or from the highest one down."""
+        first, last = self.omega[[-1, 0]] if falls else self.omega[[0, -1]]
+        start = self.first_motion(float(first))
+        if start.failure:
+            where = f"{first / 2 / np.pi:.6g} Hz"
+            return Curve((), f"no motion was found at {where}: {start.failure}")
+        steps = self._trace(start, falls=falls)
+        points = []
+        for point, omega in self._points(steps):
+            points.append(point)
+            on_progress(min(1.0, abs(omega - first) / abs(last - first)))
+        arrived = steps.end is End.LEFT_RANGE and abs(points[-1].omega / last - 1) < 1e-9
+        reason = "" if arrived else f"at {points[-1].frequency:.6g} Hz: {steps.reason}"
+        return Curve(tuple(points), reason)
+
+    def first_motion(self, omega: float) -> Solution:
+        """The motion at a frequency, with the forces growing to their size where needed."""
+        opened = HarmonicEquations(self.structure.mechanics, self.series, NothingTouches())
+        guess = open_motion(opened, omega).at
+        found = solve(self.equations, FixedFrequency(omega), guess, options=_FAR)
+        part, growth = 0.0, 0.5
+        near = guess.times(0.0)
+        while found.failure and growth > _SMALLEST_GROWTH:
+            tried = min(1.0, part + growth)
+            equations = replace(self.equations, mechanics=self.structure.at_level(tried).mechanics)
+            begin = Unknowns(near.q if part else tried * guess.q, guess.parameters)
+            step = solve(equations, FixedFrequency(omega), begin, options=_FAR)
+            if step.failure:
+                growth /= 2
+                continue
+            part, near = tried, step.at
+            if part == 1.0:
+                return step
+        return found
+
+    def _trace(self, start: Solution, *, falls: bool) -> Trace:
+        problem = Problem.of(self.equations, self.options.newton)
+        crest = Crest(self.series, self.structure.watched.shapes[0])
+        events = (fold(FREQUENCY), BRANCH_POINT, *crests(crest, problem))
+        ends = Range(float(self.omega[0]), float(self.omega[-1]))
+        return trace(
+            problem,
+            start,
+            Rising(FREQUENCY, falls),
+            options=self.options,
+            bounds=(Bound(FREQUENCY, ends),),
+            events=events,
+        )
+
+    def _points(self, steps: Trace) -> Iterator[tuple[ResponsePoint, float]]:
+        """Points of the curve in order, with the wanted frequencies between those of the trace."""
+        first = TracePoint(steps.start, 0.0)
+        yield self._point(first.solution), first.solution.omega
+        for before, after in itertools.pairwise(itertools.chain((first,), steps)):
+            for found in self._between(Segment(steps.problem, before.point, after.point)):
+                yield self._point(found), found.omega
+            event = after.event.kind if after.event else ""
+            yield self._point(after.solution, event), after.solution.omega
+
+    def _between(self, segment: Segment) -> Iterator[Solution]:
+        """Motions at the wanted frequencies between two points of the trace."""
+        low, high = segment.first.solution.omega, segment.second.solution.omega
+        inside = self.omega[(self.omega - low) * (self.omega - high) < 0]
+        for omega in inside if high > low else inside[::-1]:
+            found = _at_frequency(segment, float(omega))
+            if found is not None:
+                yield found
+
+    def _point(self, solution: Solution, event: str = "") -> ResponsePoint:
+        linear = not self.structure.forces and not solution.forces.force.any()
+        status = Status.EXACT if linear else Status.CONVERGED
+        point = point_of(self.structure, self.series, solution, status)
+        return replace(point, event=event)
+
+
+def _at_frequency(segment: Segment, omega: float) -> Solution | None:
+    """The motion at a frequency between two points; None if another one was found."""
+
+    def missing(fraction: float) -> float:
+        return segment.guess(fraction).omega / omega - 1
+
+    if missing(0.0) * missing(1.0) >= 0:
+        return None
+    guess = segment.guess(float(brentq(missing, 0.0, 1.0, xtol=1e-6)))
+    found = segment.problem.solve(FixedFrequency(omega), guess)
+    distance = np.linalg.norm(segment.metric.between(guess, found.at))
+    return found if found.converged and distance < _FARTHEST * segment.length else None

@@ -1,0 +1,99 @@
+"""Responses of a driven structure at several levels of its forces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.response.curve import curve
+from fenics_nnm.response.driven import open_response
+from fenics_nnm.response.point import Judgement, ResponsePoint, Status
+from fenics_nnm.response.structure import DrivenStructure
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """Motions of a driven structure over frequency, level by level.
+
+    Attributes:
+        points: Its points: those of each level in the order of their curves.
+        reasons: Why curves do not reach from the lowest frequency to the highest one.
+    """
+
+    points: tuple[ResponsePoint, ...]
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def missing(self) -> tuple[ResponsePoint, ...]:
+        """Points without amplitudes."""
+        return tuple(point for point in self.points if not point.found)
+
+    def at_level(self, level: float) -> tuple[ResponsePoint, ...]:
+        """Points of a level."""
+        return tuple(point for point in self.points if point.level == level)
+
+
+def response(
+    structure: DrivenStructure,
+    series: FourierSeries,
+    frequencies: Array,
+    levels: Sequence[float] = (1.0,),
+    *,
+    on_progress: Callable[[float], None] = lambda part: None,
+) -> Response:
+    """Responses of a structure at some levels of its forces.
+
+    Args:
+        structure: Driven structure.
+        series: Series in time.
+        frequencies: Frequencies in Hz, ascending, shape (f,).
+        levels: Factors of the forces.
+        on_progress: Called with the part that is done.
+
+    Raises:
+        ModelError: if a gap is not positive where contact points carry mass.
+    """
+    points: list[ResponsePoint] = []
+    reasons = []
+    for number, level in enumerate(levels):
+
+        def report(part: float, before: int = number) -> None:
+            on_progress((before + part) / len(levels))
+
+        found, reason = _at_level(structure.at_level(level), series, frequencies, report)
+        points += [replace(each, level=level) for each in found]
+        if reason:
+            reasons.append(f"level {level:g}, {reason}")
+    return Response(tuple(points), tuple(reasons))
+
+
+def _at_level(
+    structure: DrivenStructure,
+    series: FourierSeries,
+    frequencies: Array,
+    on_progress: Callable[[float], None],
+) -> tuple[tuple[ResponsePoint, ...], str]:
+    """Points of one level, and why its curve does not reach its end."""
+    if not _pressed(structure):
+        opened = open_response(structure, series, frequencies, on_progress=on_progress)
+        touching = [each.status is Status.TOUCHES for each in opened]
+        if not any(touching):
+            return opened, ""
+        if structure.objection or len(frequencies) < 2:
+            return tuple(_with_reason(each, structure.objection) for each in opened), ""
+    found = curve(structure, series, frequencies, on_progress=on_progress)
+    return found.points, found.reason
+
+
+def _pressed(structure: DrivenStructure) -> bool:
+    """Whether contact points touch at rest, so that every motion has contact."""
+    return bool(structure.model.gap.min() <= 0) and not structure.objection
+
+
+def _with_reason(point: ResponsePoint, objection: str) -> ResponsePoint:
+    """A point, with the reason why contact cannot be followed added to that it touches."""
+    if point.status is not Status.TOUCHES or not objection:
+        return point
+    return replace(point, judgement=Judgement(point.status, f"{point.reason}: {objection}"))

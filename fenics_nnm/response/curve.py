@@ -37,6 +37,9 @@ from fenics_nnm.response.structure import DrivenStructure
 #: A motion at a wanted frequency is farther from its guess than this part of a step: another one.
 _FARTHEST = 0.5
 
+#: Motions at one frequency that differ by less than this part of their size are the same.
+_SAME = 1e-6
+
 #: Newton's iteration from a guess far away, at the first frequency.
 _FAR = Newton(tolerance=1e-12, round_off=1e-10, iterations=60)
 
@@ -82,11 +85,9 @@ def curve(
         options or ArcLength(),
     )
     rising = follower.followed(falls=False, on_progress=on_progress)
-    if not rising.reason:
+    if not rising.reason and follower.arrives_alone(rising.points[-1]):
         return rising
     falling = follower.followed(falls=True, on_progress=on_progress)
-    if not falling.points:
-        return rising
     second = tuple(replace(each, branch=2) for each in falling.points)
     return Curve(rising.points + second, rising.reason)
 
@@ -124,6 +125,15 @@ class Follower:
         arrived = steps.end is End.LEFT_RANGE and abs(points[-1].omega / last - 1) < 1e-9
         reason = "" if arrived else f"at {points[-1].frequency:.6g} Hz: {steps.reason}"
         return Curve(tuple(points), reason)
+
+    def arrives_alone(self, end: ResponsePoint) -> bool:
+        """Whether the motion that is found at the highest frequency is the end of the curve.
+
+        Where several motions coexist there, it may be another one, on a piece of its own.
+        """
+        other = self.first_motion(float(self.omega[-1]))
+        distance = float(np.linalg.norm(other.q - end.q))
+        return bool(other.failure) or distance < _SAME * float(np.linalg.norm(end.q))
 
     def first_motion(self, omega: float) -> Solution:
         """The motion at a frequency, with the forces growing to their size where needed."""

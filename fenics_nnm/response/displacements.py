@@ -26,6 +26,10 @@ def displacements(
     first, second = np.flatnonzero(series.order == 1)
     if harmonics[series.order > 1].any():
         highest, lowest = _extremes(structure, series, q)
+        if structure.model.massless:  # parabolas overshoot where a point lies on its obstacle
+            highest[watched.before_contact :] = np.minimum(
+                highest[watched.before_contact :], structure.model.gap
+            )
     else:
         size = np.linalg.norm(harmonics[[first, second]], axis=0)
         highest, lowest = harmonics[0] + size, harmonics[0] - size

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.response.curve import curve
@@ -78,13 +80,25 @@ def _at_level(
     """Points of one level, and why its curve does not reach its end."""
     if not _pressed(structure):
         opened = open_response(structure, series, frequencies, on_progress=on_progress)
-        touching = [each.status is Status.TOUCHES for each in opened]
-        if not any(touching):
+        between = open_response(structure, series, resonances(structure, series, frequencies))
+        if not any(each.status is Status.TOUCHES for each in (*opened, *between)):
             return opened, ""
         if structure.objection or len(frequencies) < 2:
             return tuple(_with_reason(each, structure.objection) for each in opened), ""
     found = curve(structure, series, frequencies, on_progress=on_progress)
     return found.points, found.reason
+
+
+def resonances(structure: DrivenStructure, series: FourierSeries, frequencies: Array) -> Array:
+    """Frequencies in Hz within a range at which a harmonic of a force meets a natural frequency.
+
+    The largest motions that lie between the wanted frequencies are there, or next to there.
+    """
+    low, high = frequencies[[0, -1]]
+    driving = np.array([n for n in set(structure.drive.harmonics) if n])
+    natural = structure.model.omega / (2 * np.pi)
+    met = np.unique(natural[:, None] / driving)
+    return met[(met > low) & (met < high)]
 
 
 def _pressed(structure: DrivenStructure) -> bool:

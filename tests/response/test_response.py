@@ -42,6 +42,9 @@ TWO: dict[str, Any] = {
     "response": {"frequencies": {"from": 5.0, "to": 15.0, "step": 0.25}},
 }
 
+#: A damping matrix that couples the modes, with a part that is not symmetric.
+COUPLING = np.array([[3.0, -1.5], [-0.5, 2.0]])
+
 SWEEP = {"frequencies": {"from": 100.0, "to": 2500.0, "step": 100.0}}
 
 
@@ -77,12 +80,14 @@ def modal_damping(ratios: list[float]) -> np.ndarray:
         ({"alpha": 2.0, "beta": 1e-4}, 2.0 * M + 1e-4 * K),
         ({"alpha": 2.0}, 2.0 * M),
         ({"beta": 3e-4}, 3e-4 * K),
+        ({"file": "C.npy"}, COUPLING),
     ],
 )
 def test_two_masses_have_amplitude_and_phase_of_the_closed_form(
     two: StudyFile, command: Command, damping: dict[str, Any], C: np.ndarray
 ) -> None:
     """(K - omega^2 M + i omega C) x = F as complex equations of both masses."""
+    np.save("C.npy", COUPLING)
     study = two(damping={"=": damping})
     assert command("response", study).code == 0
     folder = Path("results/study-response")

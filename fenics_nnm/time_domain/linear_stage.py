@@ -160,6 +160,15 @@ class StageMotion:
         stage, wave = self.stage, self.amplitude * np.exp(1j * time * self.stage.nu)
         return stage.V @ wave.real + stage.rest, -(stage.V @ (stage.nu * wave.imag))
 
+    @property
+    def contact(self) -> bool:
+        """Whether any point is in contact."""
+        return self.stage.contact
+
+    def carried(self, transition: Array, time: float) -> Array:
+        """Derivatives of the state, shape (2 J, c), after some more time in this stage."""
+        return self.stage.carried(transition, time)
+
     def states(self, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities at times from the start, each of shape (len(times), J)."""
         stage = self.stage

@@ -1,0 +1,205 @@
+r"""Motion between two changes of contact with terms of the velocity and a harmonic force.
+
+With V diag(nu^2) V^T the stiffness with the points A in contact, as in `linear_stage`, and
+y = (nu V^T (q - rest), V^T q') it obeys
+
+    y' = [[0, diag(nu)], [-diag(nu), -V^T C V]] y + (0, V^T p(t)).
+
+Without C the matrix is skew, so that its eigenvectors are as good as they can be. C may be any
+matrix: damping, gyroscopic, negative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eig
+
+from fenics_nnm.arrays import Array, Complex, Mask
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.time_domain.drive import Drive
+from fenics_nnm.time_domain.linear_stage import LinearStage
+from fenics_nnm.time_domain.propagators import Dense, Diagonal, Propagator, Push
+from fenics_nnm.time_domain.quadrature import Panels
+
+#: Eigenvectors with a larger condition number lose too many digits: critical damping, most often.
+_WORST_CONDITION = 1e5
+
+#: A margin is negative below this part of the size of what it is the difference of.
+_ROUND_OFF = 1e-13
+_TINY = np.finfo(float).tiny
+
+#: Margins whose second derivative is bounded by less, in m/s^2, do not move.
+_STILL = 1e-200
+
+#: A step of the search below this part of the time has arrived.
+_ARRIVED = 1e-14
+
+
+@dataclass(frozen=True, slots=True)
+class DampedStage:
+    """Equations of motion while the points in contact stay the same.
+
+    Numbers z that the propagator moves give y = Re(basis z), and y gives z = inverse y.
+
+    Attributes:
+        linear: The conservative stage with the same points in contact.
+        propagator: Solutions for z.
+        basis: Shape (2 J, K).
+        inverse: Shape (K, 2 J).
+        inward: B per modal force, shape (K, J).
+        by_wave: Margins, but for those at rest, and below them their rates, by z, (2 n_c, K).
+        fastest: Largest rate in 1/s of the free motion.
+    """
+
+    linear: LinearStage
+    propagator: Propagator
+    basis: Complex
+    inverse: Complex
+    inward: Complex
+    by_wave: Complex
+    fastest: float
+
+    @classmethod
+    def of(cls, model: ReducedModel, rate: Array, active: Mask) -> DampedStage:
+        """The stage with the given points in contact.
+
+        Args:
+            model: Reduced model.
+            rate: C in 1/s, shape (J, J).
+            active: Points in contact, shape (n_c,).
+        """
+        linear = LinearStage.of(model, active)
+        propagator, basis, inverse = _solved(_state_matrix(linear, rate))
+        modes, shape = model.modes, linear.margin_shape
+        by_state = np.concatenate([shape / linear.nu @ basis[:modes], shape @ basis[modes:]])
+        inward = inverse[:, modes:] @ linear.V.T
+        fastest = float(np.linalg.norm(_state_matrix(linear, rate), 2))
+        return cls(linear, propagator, basis, inverse, inward, by_state, fastest)
+
+    def holds(self, q: Array) -> bool:
+        """Whether all margins are positive at coordinates of shape (J,)."""
+        return self.linear.holds(q)
+
+    def toggled(self, q: Array) -> Mask:
+        """Points in contact, with the change where a margin is not positive, shape (n_c,)."""
+        return self.linear.toggled(q)
+
+    def motion(self, q: Array, velocity: Array, drive: Drive, phase: float) -> DampedMotion:
+        """The motion from a state, at a phase of the force."""
+        linear = self.linear
+        state = np.concatenate([linear.nu * ((q - linear.rest) @ linear.V), velocity @ linear.V])
+        push = Push(self.inward @ drive.turned(phase), drive.rates)
+        return DampedMotion(self, self.inverse @ state, push)
+
+    def scaled(self, change: Array) -> Array:
+        """Changes of (q, q') as changes of y, shape (2 J, c)."""
+        by_q, by_velocity = np.split(change, 2)
+        turn = self.linear.V.T
+        return np.concatenate([self.linear.nu[:, None] * (turn @ by_q), turn @ by_velocity])
+
+    def unscaled(self, change: Array) -> Array:
+        """Changes of y as changes of (q, q'), shape (2 J, c)."""
+        by_q, by_velocity = np.split(change, 2)
+        V = self.linear.V
+        return np.concatenate([V @ (by_q / self.linear.nu[:, None]), V @ by_velocity])
+
+
+def _state_matrix(linear: LinearStage, rate: Array) -> Array:
+    nu, nothing = np.diag(linear.nu), np.zeros((len(linear.nu), len(linear.nu)))
+    return np.block([[nothing, nu], [-nu, -(linear.V.T @ rate @ linear.V)]])
+
+
+def _solved(A: Array) -> tuple[Propagator, Complex, Complex]:
+    """A propagator of A, with what leads to its numbers and back.
+
+    Of conjugate pairs of eigenvalues one is kept, twice.
+    """
+    d, X = eig(A)
+    condition = np.linalg.cond(X)
+    if not condition < _WORST_CONDITION:
+        unit = np.eye(len(A), dtype=complex)
+        return Dense(A), unit, unit
+    inverse = np.linalg.inv(X)
+    kept = d.imag >= 0
+    twice = np.where(d.imag[kept] > 0, 2.0, 1.0)
+    return Diagonal(d[kept]), X[:, kept] * twice, inverse[kept]
+
+
+@dataclass(frozen=True, slots=True)
+class DampedMotion:
+    """A motion of a stage.
+
+    Attributes:
+        stage: The stage.
+        start: Numbers z at the start, shape (K,).
+        push: The force on them.
+    """
+
+    stage: DampedStage
+    start: Complex
+    push: Push
+
+    @property
+    def contact(self) -> bool:
+        """Whether any point is in contact."""
+        return self.stage.linear.contact
+
+    def state(self, time: float) -> tuple[Array, Array]:
+        """Coordinates and velocities at a time from the start, each of shape (J,)."""
+        linear = self.stage.linear
+        scaled, speed = np.split((self.stage.basis @ self._at(time)).real, 2)
+        return linear.V @ (scaled / linear.nu) + linear.rest, linear.V @ speed
+
+    def states(self, times: Array) -> tuple[Array, Array]:
+        """Coordinates and velocities at times from the start, each of shape (len(times), J)."""
+        found = np.array([self.state(float(time)) for time in times])
+        return tuple(np.moveaxis(found.reshape(-1, 2, len(self.stage.linear.nu)), 1, 0))
+
+    def carried(self, transition: Array, time: float) -> Array:
+        """Derivatives of the state, shape (2 J, c), after some more time in this stage."""
+        stage = self.stage
+        z = stage.propagator.carried(stage.inverse @ stage.scaled(transition), time)
+        return stage.unscaled((stage.basis @ z).real)
+
+    def speed_integral(self, time: float) -> float:
+        """Integral of |q'|^2 from the start to a time, in J s."""
+        panels = self.panels(time)
+        _, velocity = self.states(panels.times)
+        return float(panels.weights @ np.sum(velocity**2, axis=1))
+
+    def panels(self, time: float) -> Panels:
+        """Times and weights that integrate squares of the motion to round-off."""
+        return Panels.over(time, 2 * max(self.stage.fastest, self.push.fastest))
+
+    def end(self, start: float, longest: float) -> float:
+        """First time after `start` at which a margin is negative, or `longest`.
+
+        No event is missed: for a window of time the second derivative of a margin is at most b, so
+        that a margin m of rate m' stays above m + m' s - b s^2 / 2. Each step leads to where the
+        first of these parabolas, or the window, ends; near an event they are Newton's.
+        """
+        stage, linear, points = self.stage, self.stage.linear, len(self.stage.linear.size)
+        propagator, rows = stage.propagator, stage.by_wave[: len(self.stage.linear.size)]
+        window, time = propagator.window(self.push), start
+        while time < longest:
+            z = self._at(time)
+            found = (stage.by_wave @ z).real
+            sizes = propagator.sizes(z, self.push, window)
+            size = np.abs(rows) @ sizes + np.abs(linear.margin_rest)
+            tolerance = _ROUND_OFF * np.maximum(np.maximum(size, linear.size), _TINY)
+            left = found[:points] + linear.margin_rest + tolerance
+            if time == start and left.min() <= 0:
+                return start
+            bend = np.maximum(propagator.bends(rows, sizes, self.push), _STILL)
+            rates = found[points:] / bend
+            steps = np.sqrt(np.maximum(rates * rates + 2 * left / bend, 0.0)) + rates
+            step = min(float(steps.min()), window)
+            if step <= _ARRIVED * time:
+                return time
+            time += step
+        return longest
+
+    def _at(self, time: float) -> Complex:
+        return self.stage.propagator.at(self.start, self.push, time)

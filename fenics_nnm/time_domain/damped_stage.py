@@ -154,8 +154,10 @@ class DampedMotion:
 
     def states(self, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities at times from the start, each of shape (len(times), J)."""
-        found = np.array([self.state(float(time)) for time in times])
-        return tuple(np.moveaxis(found.reshape(-1, 2, len(self.stage.linear.nu)), 1, 0))
+        stage, linear = self.stage, self.stage.linear
+        z = stage.propagator.through(self.start, self.push, times)
+        scaled, speed = np.split((z @ stage.basis.T).real, 2, axis=1)
+        return scaled / linear.nu @ linear.V.T + linear.rest, speed @ linear.V.T
 
     def carried(self, transition: Array, time: float) -> Array:
         """Derivatives of the state, shape (2 J, c), after some more time in this stage."""

@@ -55,6 +55,9 @@ class Propagator(Protocol):
     def at(self, z: Complex, push: Push, time: float) -> Complex:
         """The solution from z after a time, shape (K,)."""
 
+    def through(self, z: Complex, push: Push, times: Array) -> Complex:
+        """The solution from z at times, shape (len(times), K)."""
+
     def window(self, push: Push) -> float:
         """For how long `sizes` are good bounds."""
 
@@ -84,8 +87,18 @@ class Diagonal:
         own = np.exp(time * self.d) * z
         if not push.rates.size:
             return np.asarray(own)
-        waves = np.exp(1j * time * push.rates)
-        return np.asarray(own + (push.amplitude * self._grown(push, time)) @ waves)
+        apart = self._apart(push)
+        grown = push.amplitude * _grown(apart, time)
+        return np.asarray(own + grown @ np.exp(1j * time * push.rates))
+
+    def through(self, z: Complex, push: Push, times: Array) -> Complex:
+        """The solution from z at times, shape (len(times), K)."""
+        found = np.exp(np.outer(times, self.d)) * z
+        apart = self._apart(push)
+        for force, rate in enumerate(push.rates):
+            wave = np.exp(1j * rate * times)[:, None] * push.amplitude[:, force]
+            found += wave * _grown(apart[:, force], times[:, None])
+        return np.asarray(found)
 
     def window(self, push: Push) -> float:
         """A part of a period of the force, and of the time in which free motions grow."""
@@ -114,11 +127,11 @@ class Diagonal:
     def _apart(self, push: Push) -> Complex:
         return np.asarray(self.d[:, None] - 1j * push.rates)
 
-    def _grown(self, push: Push, time: float) -> Complex:
-        """The function g, shape (K, F)."""
-        apart = self._apart(push)
-        resonant = apart == 0
-        return np.where(resonant, time, np.expm1(time * apart) / np.where(resonant, 1.0, apart))
+
+def _grown(apart: Complex, time: float | Array) -> Complex:
+    """The function g(s) for s = `apart`."""
+    resonant = apart == 0
+    return np.where(resonant, time, np.expm1(time * apart) / np.where(resonant, 1.0, apart))
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +163,11 @@ class Dense:
         whole[size:, size:] = np.diag(1j * push.rates)
         after = expm(time * whole)[:size] @ np.concatenate([z, np.ones(more)])
         return np.asarray(after.real)
+
+    def through(self, z: Complex, push: Push, times: Array) -> Complex:
+        """The solution from z at times, shape (len(times), K)."""
+        found = [self.at(z, push, float(time)) for time in times]
+        return np.reshape(np.array(found), (len(times), len(z)))
 
     def window(self, push: Push) -> float:
         """A part of a period of the force, and of the time in which the energy may grow."""

@@ -86,7 +86,11 @@ class DampedFlow:
 
     def at(self, omega: float) -> DampedFlow:
         """The same, with its stages, driven at another circular frequency in rad/s."""
-        other = replace(self, drive=self.drive.at(omega))
+        return self.driven_by(self.drive.at(omega))
+
+    def driven_by(self, drive: Drive) -> DampedFlow:
+        """The same, with its stages, under other forces."""
+        other = replace(self, drive=drive)
         object.__setattr__(other, "book", self.book)
         object.__setattr__(other, "conservative", self.conservative)
         return other

@@ -20,7 +20,7 @@ from fenics_nnm.arrays import Array, Complex, Mask
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.drive import Drive
 from fenics_nnm.time_domain.linear_stage import LinearStage
-from fenics_nnm.time_domain.propagators import Dense, Diagonal, Propagator, Push
+from fenics_nnm.time_domain.propagators import Course, Dense, Diagonal, Propagator, Push
 from fenics_nnm.time_domain.quadrature import Panels
 
 #: Eigenvectors with a larger condition number lose too many digits: critical damping, most often.
@@ -91,7 +91,7 @@ class DampedStage:
         linear = self.linear
         state = np.concatenate([linear.nu * ((q - linear.rest) @ linear.V), velocity @ linear.V])
         push = Push(self.inward @ drive.turned(phase), drive.rates)
-        return DampedMotion(self, self.inverse @ state, push)
+        return DampedMotion(self, self.propagator.course(self.inverse @ state, push), push.fastest)
 
     def scaled(self, change: Array) -> Array:
         """Changes of (q, q') as changes of y, shape (2 J, c)."""
@@ -133,13 +133,13 @@ class DampedMotion:
 
     Attributes:
         stage: The stage.
-        start: Numbers z at the start, shape (K,).
-        push: The force on them.
+        course: The numbers z over time.
+        driven: Largest rate in 1/s of the force.
     """
 
     stage: DampedStage
-    start: Complex
-    push: Push
+    course: Course
+    driven: float
 
     @property
     def contact(self) -> bool:
@@ -149,13 +149,13 @@ class DampedMotion:
     def state(self, time: float) -> tuple[Array, Array]:
         """Coordinates and velocities at a time from the start, each of shape (J,)."""
         linear = self.stage.linear
-        scaled, speed = np.split((self.stage.basis @ self._at(time)).real, 2)
+        scaled, speed = np.split((self.stage.basis @ self.course.at(time)).real, 2)
         return linear.V @ (scaled / linear.nu) + linear.rest, linear.V @ speed
 
     def states(self, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities at times from the start, each of shape (len(times), J)."""
         stage, linear = self.stage, self.stage.linear
-        z = stage.propagator.through(self.start, self.push, times)
+        z = self.course.through(times)
         scaled, speed = np.split((z @ stage.basis.T).real, 2, axis=1)
         return scaled / linear.nu @ linear.V.T + linear.rest, speed @ linear.V.T
 
@@ -173,7 +173,7 @@ class DampedMotion:
 
     def panels(self, time: float) -> Panels:
         """Times and weights that integrate squares of the motion to round-off."""
-        return Panels.over(time, 2 * max(self.stage.fastest, self.push.fastest))
+        return Panels.over(time, 2 * max(self.stage.fastest, self.driven))
 
     def end(self, start: float, longest: float) -> float:
         """First time after `start` at which a margin is negative, or `longest`.
@@ -183,25 +183,21 @@ class DampedMotion:
         first of these parabolas, or the window, ends; near an event they are Newton's.
         """
         stage, linear, points = self.stage, self.stage.linear, len(self.stage.linear.size)
-        propagator, rows = stage.propagator, stage.by_wave[: len(self.stage.linear.size)]
-        window, time = propagator.window(self.push), start
+        rows, course, time = stage.by_wave[:points], self.course, start
+        by_size, pushed = course.bends(rows)
+        reach, offset = np.abs(rows), np.abs(linear.margin_rest)
         while time < longest:
-            z = self._at(time)
-            found = (stage.by_wave @ z).real
-            sizes = propagator.sizes(z, self.push, window)
-            size = np.abs(rows) @ sizes + np.abs(linear.margin_rest)
-            tolerance = _ROUND_OFF * np.maximum(np.maximum(size, linear.size), _TINY)
-            left = found[:points] + linear.margin_rest + tolerance
+            z = course.at(time)
+            found, sizes = (stage.by_wave @ z).real, course.sizes(z)
+            least = np.maximum(reach @ sizes + offset, np.maximum(linear.size, _TINY))
+            left = found[:points] + linear.margin_rest + _ROUND_OFF * least
             if time == start and left.min() <= 0:
                 return start
-            bend = np.maximum(propagator.bends(rows, sizes, self.push), _STILL)
+            bend = np.maximum(by_size @ sizes + pushed, _STILL)
             rates = found[points:] / bend
             steps = np.sqrt(np.maximum(rates * rates + 2 * left / bend, 0.0)) + rates
-            step = min(float(steps.min()), window)
+            step = min(float(steps.min()), course.window)
             if step <= _ARRIVED * time:
                 return time
             time += step
         return longest
-
-    def _at(self, time: float) -> Complex:
-        return self.stage.propagator.at(self.start, self.push, time)

@@ -10,6 +10,8 @@ well-conditioned basis of eigenvectors, as at critical damping, the exponential 
     [[A, B], [0, diag(i nu)]]
 
 gives the same.
+
+So that no change of contact is missed, a course also bounds |z_k| for a window of time.
 """
 
 from __future__ import annotations
@@ -45,6 +47,30 @@ class Push:
         """Largest |nu|; 0 without a force."""
         return float(np.abs(self.rates).max(initial=0.0))
 
+    def window(self, growth: float) -> float:
+        """A part of a period of the force, and of the time in which free motions grow."""
+        return min(_GROWTH / max(growth, _TINY), 1 / max(self.fastest, _TINY))
+
+
+class Course(Protocol):
+    """One solution."""
+
+    @property
+    def window(self) -> float:
+        """For how long `sizes` bounds it."""
+
+    def at(self, time: float) -> Complex:
+        """The solution after a time, shape (K,)."""
+
+    def through(self, times: Array) -> Complex:
+        """The solution at times, shape (len(times), K)."""
+
+    def sizes(self, z: Complex) -> Array:
+        """Bounds of |z_k| for the window that begins at z, shape (K,)."""
+
+    def bends(self, rows: Complex) -> tuple[Array, Array]:
+        """What bounds |(rows z)''| by M sizes + c: the matrix M and the vector c."""
+
 
 class Propagator(Protocol):
     """Solutions for a matrix A of size K."""
@@ -52,20 +78,8 @@ class Propagator(Protocol):
     def carried(self, z: Complex, time: float) -> Complex:
         """exp(A t) z, shape of z, (K,) or (K, c)."""
 
-    def at(self, z: Complex, push: Push, time: float) -> Complex:
-        """The solution from z after a time, shape (K,)."""
-
-    def through(self, z: Complex, push: Push, times: Array) -> Complex:
-        """The solution from z at times, shape (len(times), K)."""
-
-    def window(self, push: Push) -> float:
-        """For how long `sizes` are good bounds."""
-
-    def sizes(self, z: Complex, push: Push, window: float) -> Array:
-        """Bounds of |z_k| for a window from z, shape (K,)."""
-
-    def bends(self, rows: Complex, sizes: Array, push: Push) -> Array:
-        """Bounds of |(rows z)''| where |z_k| is at most `sizes`, shape of (rows z)."""
+    def course(self, z: Complex, push: Push) -> Course:
+        """The solution from z."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,55 +96,76 @@ class Diagonal:
         """exp(A t) z."""
         return np.asarray((np.exp(time * self.d) * z.T).T)
 
-    def at(self, z: Complex, push: Push, time: float) -> Complex:
-        """The solution from z after a time, shape (K,)."""
-        own = np.exp(time * self.d) * z
-        if not push.rates.size:
-            return np.asarray(own)
-        apart = self._apart(push)
-        grown = push.amplitude * _grown(apart, time)
-        return np.asarray(own + grown @ np.exp(1j * time * push.rates))
+    def course(self, z: Complex, push: Push) -> DiagonalCourse:
+        """The solution from z."""
+        return DiagonalCourse.of(self.d, z, push)
 
-    def through(self, z: Complex, push: Push, times: Array) -> Complex:
-        """The solution from z at times, shape (len(times), K)."""
-        found = np.exp(np.outer(times, self.d)) * z
-        apart = self._apart(push)
-        for force, rate in enumerate(push.rates):
-            wave = np.exp(1j * rate * times)[:, None] * push.amplitude[:, force]
-            found += wave * _grown(apart[:, force], times[:, None])
+
+@dataclass(frozen=True, slots=True)
+class DiagonalCourse:
+    """A solution for A = diag(d).
+
+    Attributes:
+        d: Eigenvalues in 1/s, shape (K,).
+        start: The solution at first, shape (K,).
+        push: The force.
+        apart: d - i nu, shape (K, F).
+        window: For how long `sizes` bounds it in s.
+        pushed: Bounds of what the force adds in a window, shape (K,).
+        growth: Bounds of the growth of free motions in a window, shape (K,).
+    """
+
+    d: Complex
+    start: Complex
+    push: Push
+    apart: Complex
+    window: float
+    pushed: Array
+    growth: Array
+
+    @classmethod
+    def of(cls, d: Complex, start: Complex, push: Push) -> DiagonalCourse:
+        """The solution from `start`; a force adds at most min(window, 2 / |d - i nu|) |B|."""
+        rising = np.maximum(d.real, 0.0)
+        window = push.window(float(rising.max()))
+        apart = d[:, None] - 1j * push.rates
+        longest = np.minimum(window, 2 / np.maximum(np.abs(apart), _TINY))
+        pushed = np.sum(np.abs(push.amplitude) * longest, axis=1)
+        growth = np.exp(rising * window) if rising.any() else np.ones(len(d))
+        return cls(d, start, push, apart, window, pushed, growth)
+
+    def at(self, time: float) -> Complex:
+        """The solution after a time, shape (K,)."""
+        own = np.exp(time * self.d) * self.start
+        if not self.push.rates.size:
+            return np.asarray(own)
+        grown = self.push.amplitude * _grown(self.apart, time)
+        return np.asarray(own + grown @ np.exp(1j * time * self.push.rates))
+
+    def through(self, times: Array) -> Complex:
+        """The solution at times, shape (len(times), K)."""
+        found = np.exp(np.outer(times, self.d)) * self.start
+        for force, rate in enumerate(self.push.rates):
+            wave = np.exp(1j * rate * times)[:, None] * self.push.amplitude[:, force]
+            found += wave * _grown(self.apart[:, force], times[:, None])
         return np.asarray(found)
 
-    def window(self, push: Push) -> float:
-        """A part of a period of the force, and of the time in which free motions grow."""
-        growth = max(float(self.d.real.max()), 0.0)
-        return min(_GROWTH / max(growth, _TINY), 1 / max(push.fastest, _TINY))
+    def sizes(self, z: Complex) -> Array:
+        """Bounds of |z_k| for the window that begins at z, shape (K,)."""
+        return np.asarray((np.abs(z) + self.pushed) * self.growth)
 
-    def sizes(self, z: Complex, push: Push, window: float) -> Array:
-        """The force adds at most min(window, 2 / |d - i nu|) times its amplitude."""
-        grown = np.abs(z)
-        if push.rates.size:
-            apart = np.maximum(np.abs(self._apart(push)), _TINY)
-            grown = grown + np.sum(np.abs(push.amplitude) * np.minimum(window, 2 / apart), axis=1)
-        if not np.isfinite(window):
-            return np.asarray(grown)
-        return np.asarray(grown * np.exp(np.maximum(self.d.real, 0.0) * window))
-
-    def bends(self, rows: Complex, sizes: Array, push: Push) -> Array:
+    def bends(self, rows: Complex) -> tuple[Array, Array]:
         """As z'' = d^2 z + sum_f (d + i nu_f) B_f exp(i nu_f t)."""
-        size = np.abs(self.d)
-        bend = size**2 * sizes
-        if push.rates.size:
-            both = size[:, None] + np.abs(push.rates)
-            bend = bend + np.sum(both * np.abs(push.amplitude), axis=1)
-        return np.asarray(np.abs(rows) @ bend)
-
-    def _apart(self, push: Push) -> Complex:
-        return np.asarray(self.d[:, None] - 1j * push.rates)
+        size, sizes = np.abs(rows), np.abs(self.d)
+        both = sizes[:, None] + np.abs(self.push.rates)
+        return size * sizes**2, size @ np.sum(both * np.abs(self.push.amplitude), axis=1)
 
 
 def _grown(apart: Complex, time: float | Array) -> Complex:
     """The function g(s) for s = `apart`."""
     resonant = apart == 0
+    if not resonant.any():
+        return np.asarray(np.expm1(time * apart) / apart)
     return np.where(resonant, time, np.expm1(time * apart) / np.where(resonant, 1.0, apart))
 
 
@@ -143,49 +178,67 @@ class Dense:
     """
 
     A: Array
-    _growth: float = field(init=False, repr=False, compare=False)
+    growth: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         growth = float(eigvalsh((self.A + self.A.T) / 2)[-1])
-        object.__setattr__(self, "_growth", max(growth, 0.0))
+        object.__setattr__(self, "growth", max(growth, 0.0))
 
     def carried(self, z: Complex, time: float) -> Complex:
         """exp(A t) z."""
         return np.asarray(expm(time * self.A) @ z)
 
-    def at(self, z: Complex, push: Push, time: float) -> Complex:
-        """The solution from z after a time, shape (K,)."""
-        if not push.rates.size:
-            return self.carried(z, time)
-        size, more = len(self.A), len(push.rates)
+    def course(self, z: Complex, push: Push) -> DenseCourse:
+        """The solution from z."""
+        return DenseCourse(self, z, push)
+
+
+@dataclass(frozen=True, slots=True)
+class DenseCourse:
+    """A solution for any real A.
+
+    Attributes:
+        propagator: Propagator of A.
+        start: The solution at first, shape (K,).
+        push: The force.
+    """
+
+    propagator: Dense
+    start: Complex
+    push: Push
+
+    @property
+    def window(self) -> float:
+        """For how long `sizes` bounds it in s."""
+        return self.push.window(self.propagator.growth)
+
+    def at(self, time: float) -> Complex:
+        """The solution after a time, shape (K,)."""
+        A, push = self.propagator.A, self.push
+        size, more = len(A), len(push.rates)
         whole = np.zeros((size + more, size + more), complex)
-        whole[:size, :size], whole[:size, size:] = self.A, push.amplitude
+        whole[:size, :size], whole[:size, size:] = A, push.amplitude
         whole[size:, size:] = np.diag(1j * push.rates)
-        after = expm(time * whole)[:size] @ np.concatenate([z, np.ones(more)])
+        after = expm(time * whole)[:size] @ np.concatenate([self.start, np.ones(more)])
         return np.asarray(after.real)
 
-    def through(self, z: Complex, push: Push, times: Array) -> Complex:
-        """The solution from z at times, shape (len(times), K)."""
-        found = [self.at(z, push, float(time)) for time in times]
-        return np.reshape(np.array(found), (len(times), len(z)))
+    def through(self, times: Array) -> Complex:
+        """The solution at times, shape (len(times), K)."""
+        found = [self.at(float(time)) for time in times]
+        return np.reshape(np.array(found), (len(times), len(self.start)))
 
-    def window(self, push: Push) -> float:
-        """A part of a period of the force, and of the time in which the energy may grow."""
-        return min(_GROWTH / max(self._growth, _TINY), 1 / max(push.fastest, _TINY))
-
-    def sizes(self, z: Complex, push: Push, window: float) -> Array:
+    def sizes(self, z: Complex) -> Array:
         """|z(t)| <= exp(mu t) (|z(0)| + t |B|), mu the largest eigenvalue of (A + A^T) / 2."""
-        size = float(np.linalg.norm(z))
-        if push.rates.size:
-            size += window * float(np.linalg.norm(push.amplitude, axis=0).sum())
-        growth = np.exp(self._growth * window) if self._growth else 1.0
-        return np.full(len(self.A), size * growth)
+        size, mu = float(np.linalg.norm(z)), self.propagator.growth
+        if self.push.rates.size:
+            pushed = np.linalg.norm(self.push.amplitude, axis=0).sum()
+            size += self.window * float(pushed)
+        return np.full(len(z), size * (np.exp(mu * self.window) if mu else 1.0))
 
-    def bends(self, rows: Complex, sizes: Array, push: Push) -> Array:
+    def bends(self, rows: Complex) -> tuple[Array, Array]:
         """As rows z'' = rows A^2 z + sum_f rows (A + i nu_f) B_f exp(i nu_f t)."""
-        once = rows @ self.A
-        bend = np.linalg.norm(once @ self.A, axis=1) * sizes.max(initial=0.0)
-        if push.rates.size:
-            pushed = once @ push.amplitude + 1j * (rows @ push.amplitude) * push.rates
-            bend = bend + np.abs(pushed).sum(axis=1)
-        return np.asarray(bend)
+        once = rows @ self.propagator.A
+        matrix = np.zeros(rows.shape)
+        matrix[:, 0] = np.linalg.norm(once @ self.propagator.A, axis=1)
+        pushed = once @ self.push.amplitude + 1j * (rows @ self.push.amplitude) * self.push.rates
+        return matrix, np.abs(pushed).sum(axis=1)

@@ -16,7 +16,7 @@ frequency, as many as it has columns.
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -27,7 +27,7 @@ from fenics_nnm.errors import ConvergenceError
 logger = logging.getLogger(__name__)
 
 #: Columns of a block; measured, see benchmarks/README.md.
-BLOCK = 12
+BLOCK = 8
 
 #: Largest residual of a mode over theta; the error of its frequency is of the order of the square.
 _TOLERANCE = 1e-8
@@ -39,11 +39,22 @@ _SPARE_TOLERANCE = 1e-3
 _ROOM = 8
 
 #: Of a new block, directions shorter than this part of it before it was orthogonalised are
-#: round-off; where some are shorter than the other part it is orthogonalised once more.
-_ROUND_OFF, _TWICE = 1e-11, 1e-4
+#: round-off.
+_ROUND_OFF = 1e-14
+
+#: A block is orthogonal where the last pass took no more than this part of its columns away; and
+#: the largest number of passes.
+_LITTLE, _PASSES = 0.1, 4
+
+#: Squared length of combinations of columns of unit length, that are orthonormal to round-off over
+#: this only.
+_ILL = 1e-4
 
 #: Squared length, of columns of unit length, of combinations that depend on the others.
 _DEPENDENT = 1e-13
+
+#: Values below this part of the largest one are lost in its round-off, as beside rigid-body modes.
+_NOISE = 1e-7
 
 #: Largest number of blocks that are solved for.
 _BLOCKS = 2000
@@ -111,6 +122,23 @@ class _Basis:
 
 
 @dataclass(frozen=True, slots=True)
+class _Directions:
+    """Combinations of the columns of a block.
+
+    Attributes:
+        found: M-orthonormal ones, the longest last, shape (b, k).
+        again: Whether some are so short that they have to be orthogonalised once more.
+        left: Those that are all but dependent on the others, to be looked at without them.
+        before: Squared lengths of what these were taken from, shape (b - k,).
+    """
+
+    found: Array
+    again: bool
+    left: Array
+    before: Array
+
+
+@dataclass(frozen=True, slots=True)
 class _Rest:
     """The part W of A V_last that V has not.
 
@@ -126,22 +154,18 @@ class _Rest:
     gram: Array
     before: Array
 
-    def directions(self) -> tuple[Array, bool]:
-        """Coefficients of M-orthonormal directions, (b, <= b), the longest last; if all are long.
-
-        What is round-off of what was before, or all but dependent on the others, is left out.
-        """
+    def directions(self) -> _Directions:
+        """Directions that are no round-off of what was before."""
         squared = np.diagonal(self.gram)
         real = squared > _ROUND_OFF**2 * self.before
         scale = np.where(real, 1 / np.sqrt(np.where(real, squared, 1.0)), 0.0)
         length, axes = np.linalg.eigh(self.gram * np.outer(scale, scale))
-        kept = length > _DEPENDENT
-        found = scale[:, None] * axes[:, kept] / np.sqrt(length[kept])
-        return found, bool((length[kept] > _TWICE**2).all())
-
-    def is_short(self) -> bool:
-        """Whether so much was taken away that its rest has to be orthogonalised once more."""
-        return bool((np.diagonal(self.gram) < _TWICE**2 * self.before).any())
+        long, left = length > _DEPENDENT, (length <= _DEPENDENT)
+        found = scale[:, None] * axes[:, long] / np.sqrt(length[long])
+        left[: np.count_nonzero(~real)] = False
+        before = np.full(np.count_nonzero(left), (self.before * scale**2).max(initial=1.0))
+        again = bool((length[long] <= _ILL).any())
+        return _Directions(found, again, scale[:, None] * axes[:, left], before)
 
 
 class BlockLanczos:
@@ -172,7 +196,10 @@ class BlockLanczos:
         self._add_random(BLOCK)
 
     def run(self) -> None:
-        """Iterate until the modes wanted have converged.
+        """Iterate until the modes wanted have converged, or nothing is left but round-off.
+
+        The latter where the stiffness is singular: all displacements are rigid-body modes then,
+        and fewer Ritz values are found than were wanted.
 
         Raises:
             ConvergenceError: if they do not.
@@ -181,7 +208,10 @@ class BlockLanczos:
             rest = self._applied()
             if self._basis.size >= self._free or self._converged():
                 return
+            before = self._basis.size
             self._extend(rest)
+            if self._basis.size == before:
+                return
         raise ConvergenceError(
             f"eigensolver: {int(self._good()[: self._count].sum())} of {self._count} modes "
             f"converged in {_BLOCKS} blocks of {BLOCK}"
@@ -213,7 +243,8 @@ class BlockLanczos:
         order = np.argsort(-np.abs(theta), kind="stable")
         self.theta, self._S = theta[order], S[:, order]
         squared = np.einsum("ik,ij,jk->k", self._S[own], rest.gram, self._S[own], optimize=True)
-        scale = np.maximum(np.abs(self.theta), np.finfo(float).tiny)
+        size = np.abs(self.theta)
+        scale = np.maximum(np.maximum(size, _NOISE * size[0]), np.finfo(float).tiny)
         self.residual = np.sqrt(np.maximum(squared, 0.0)) / scale
         return rest
 
@@ -223,14 +254,11 @@ class BlockLanczos:
         Raises:
             ConvergenceError: if numbers are not finite.
         """
-        basis = self._basis
-        V, MV = basis.V[:, : basis.size], basis.MV[:, : basis.size]
-        whole = np.zeros((basis.size, W.shape[1]))
-        before = None
-        for _ in range(2):
-            C = self._inverse.inner(MV, W)
-            W -= _times(V, C)
-            whole += C
+        recent = slice(max(0, self._basis.last - BLOCK), self._basis.size)
+        C = self._without(W, recent)  # the largest part, so that the next one takes little away
+        for _ in range(_PASSES):
+            more = self._without(W, slice(0, self._basis.size))
+            C += more
             MW = self._inverse.mass(W)
             gram = self._inverse.inner(W, MW)
             if not (np.isfinite(C).all() and np.isfinite(gram).all()):
@@ -238,12 +266,16 @@ class BlockLanczos:
                     "eigensolver: numbers that are not finite: stiffness and mass may be too far "
                     "apart to compute with: check lengths, units and material"
                 )
-            if before is None:
-                before = np.diagonal(gram) + (C**2).sum(axis=0)
-            rest = _Rest(W, MW, gram, before)
-            if not rest.is_short():
+            if ((more**2).sum(axis=0) <= _LITTLE**2 * np.diagonal(gram)).all():
                 break
-        return rest, whole
+        return _Rest(W, MW, gram, np.diagonal(gram) + (C**2).sum(axis=0)), C
+
+    def _without(self, W: Array, columns: slice) -> Array:
+        """Take from W, in place, its part in columns of the basis: V C, C of shape (size, b)."""
+        C = np.zeros((self._basis.size, W.shape[1]))
+        C[columns] = self._inverse.inner(self._basis.MV[:, columns], W)
+        W -= _times(self._basis.V[:, columns], C[columns])
+        return C
 
     def _extend(self, rest: _Rest) -> None:
         """A further block, with random columns for those that are round-off."""
@@ -257,14 +289,23 @@ class BlockLanczos:
 
     def _append(self, rest: _Rest, most: int) -> int:
         """A further block of the longest directions, and how many they are."""
-        directions, long = rest.directions()
-        W, MW = (_times(columns, directions[:, -most:]) for columns in (rest.W, rest.MW))
-        if not long:
-            rest, _ = self._orthogonal(W)
-            directions, _ = rest.directions()
-            W, MW = (_times(columns, directions) for columns in (rest.W, rest.MW))
-        self._basis.append(W, MW)
-        return W.shape[1]
+        first = self._basis.size
+        while most > 0:
+            directions = rest.directions()
+            found = directions.found[:, -most:]
+            W, MW = _times(rest.W, found), _times(rest.MW, found)
+            if directions.again:
+                own, _ = self._orthogonal(W)
+                found = own.directions().found
+                W, MW = _times(own.W, found), _times(own.MW, found)
+            self._basis.append(W, MW)
+            most -= W.shape[1]
+            if not directions.left.shape[1]:
+                break
+            rest, _ = self._orthogonal(_times(rest.W, directions.left))
+            rest = replace(rest, before=directions.before)
+        self._basis.last = first
+        return self._basis.size - first
 
     def _restart(self, kept: Indices) -> None:
         self._basis.keep(self.theta[kept], self._S[:, kept])
@@ -278,7 +319,7 @@ class BlockLanczos:
         W = self._inverse.solve(self._inverse.mass(self._inverse.random(count)))
         for _ in range(2):  # the first time makes lengths alike
             rest, _ = self._orthogonal(W)
-            W = _times(rest.W, rest.directions()[0])
+            W = _times(rest.W, rest.directions().found)
         rest, _ = self._orthogonal(W)
         self._append(rest, count)
         basis.last = last
@@ -288,7 +329,8 @@ class BlockLanczos:
 
     def _converged(self) -> bool:
         spare = self.residual[self._count : self._wanted]
-        found = len(self.theta) >= self._wanted and bool((spare <= _SPARE_TOLERANCE).all())
+        enough = len(self.theta) >= min(self._wanted + BLOCK, self._free)
+        found = enough and bool((spare <= _SPARE_TOLERANCE).all())
         return found and bool(self._good()[: self._count].all())
 
 

@@ -28,12 +28,14 @@ def assert_held(solid: Solid, squared: Array) -> None:
 
     Args:
         solid: Assembled body.
-        squared: Its lowest squared circular frequencies.
+        squared: Its lowest squared circular frequencies; infinite where they are lost in the
+            round-off of lower ones.
 
     Raises:
         ModelError: if some of them are zero to round-off.
     """
-    rigid = int(np.count_nonzero(squared <= _RIGID * np.abs(squared).max()))
+    limit = _RIGID * np.abs(squared).max()
+    rigid = int(np.count_nonzero(np.isfinite(squared) & (squared <= limit)))
     if rigid:
         raise ModelError(
             f"{rigid} rigid-body modes found: the body is not held; "

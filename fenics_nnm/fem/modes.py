@@ -29,6 +29,8 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 #: Modes solved for beyond those asked for, so that the next frequency is known.
 _SPARE = 4
 
+#: Rigid-body modes of one part: so many more Ritz values show how low they are beside others.
+_RIGID = 6
 
 #: How often modes that the count finds missing are looked for.
 _SEARCHES = 5
@@ -139,11 +141,17 @@ class DirectModalSolver(HeldTogether):
             ModelError: if the body can move as a rigid body.
             MissedModesError: if one was missed.
         """
-        found = lanczos.theta[: min(count + _SPARE, self.free)]
-        squared = np.divide(1.0, found, out=np.full(len(found), np.inf), where=found != 0)
+        squared = _squared(lanczos.theta[: count + _SPARE + _RIGID])
+        lost = len(squared) < min(count + _SPARE, self.free)
+        assert_held(self._solid, np.append(squared, np.inf) if lost else squared)
+        squared = squared[: count + _SPARE]
         order = np.argsort(squared)
         squared = squared[order]
-        assert_held(self._solid, squared)
         below = counted_below(self._solid, squared, count, self._memory)
-        shapes = lanczos.shapes(len(found))[:, order[:count]]
+        shapes = lanczos.shapes(len(squared))[:, order[:count]]
         return LinearModes(np.sqrt(squared[:count]), self._system.whole(shapes), below)
+
+
+def _squared(theta: Array) -> Array:
+    """Squared circular frequencies 1 / theta in rad^2/s^2, infinite at zero."""
+    return np.divide(1.0, theta, out=np.full(len(theta), np.inf), where=theta != 0)

@@ -33,6 +33,9 @@ _ROUND_OFF = 1e-9
 #: A mode whose contact points move less than this part of the largest motion holds them still.
 _STILL = 1e-10
 
+#: Points that move alike: their motions differ by less than this part.
+_ALIKE = 1e-6
+
 
 @dataclass(frozen=True, slots=True)
 class RestState:
@@ -262,8 +265,12 @@ def _pressed(model: FlexiblePoints) -> RestState:
 def towards_obstacle(Phi: Array) -> Array:
     """Signs that make the contact point that moves most move towards its obstacle, shape (J,).
 
+    Of points that move alike, as by symmetry, the first one, so that round-off decides nothing.
+
     Args:
         Phi: Displacement of the contact points per modal coordinate, shape (n_c, J).
     """
-    largest = Phi[np.argmax(np.abs(Phi), axis=0), np.arange(Phi.shape[1])]
+    size = np.abs(Phi)
+    first = np.argmax(size >= (1 - _ALIKE) * size.max(axis=0, initial=0.0), axis=0)
+    largest = Phi[first, np.arange(Phi.shape[1])]
     return np.where(largest < 0, -1.0, 1.0)

@@ -89,14 +89,20 @@ class StressRecovery:
         Args:
             displacements: Displacements at `nodes`, shape (k, n, dim).
         """
+        return self._stresses(self._gradients(displacements))
+
+    def _gradients(self, displacements: Array) -> Array:
+        """Gradients du_i/dx_j at the sampling points, shape (cells, s, k, dim, dim)."""
         count, _, dim = displacements.shape
         cells, samples, _, nodes = self.slopes.shape
         of_cells = displacements[:, self.cells].transpose(1, 2, 0, 3)
         slopes = self.slopes.reshape(cells, samples * dim, nodes)
         gradient = slopes @ of_cells.reshape(cells, nodes, count * dim)
-        gradient = gradient.reshape(cells, samples, dim, count, dim)
-        strains = strains_of(gradient.transpose(0, 1, 3, 4, 2))
-        return np.asarray(self.elasticity @ strains.transpose(0, 1, 3, 2))
+        return gradient.reshape(cells, samples, dim, count, dim).transpose(0, 1, 3, 4, 2)
+
+    def _stresses(self, gradients: Array) -> Array:
+        """Stresses of gradients, shape (cells, s, 6, k)."""
+        return np.asarray(self.elasticity @ strains_of(gradients).transpose(0, 1, 3, 2))
 
     def at_nodes(self, displacement: Array) -> Array:
         """Stress in Pa at the nodes wanted of a displacement (n, dim) in m, shape (wanted, 6)."""
@@ -104,7 +110,23 @@ class StressRecovery:
 
     def at_nodes_of_each(self, displacements: Array) -> Array:
         """The same of k displacements, shape (k, n, dim), in one go: shape (k, wanted, 6)."""
-        sampled = self.at_samples(displacements)
+        return self._smoothed(self.at_samples(displacements))
+
+    def at_nodes_of_pairs(self, first: Array, second: Array) -> Array:
+        """Stress of the strains sym(grad a^T grad b) of k pairs of displacements a, b.
+
+        Args:
+            first: Displacements a at `nodes`, shape (k, n, dim).
+            second: Displacements b.
+
+        Returns:
+            Stress in Pa at the nodes wanted, shape (k, wanted, 6).
+        """
+        one, other = self._gradients(first), self._gradients(second)
+        return self._smoothed(self._stresses(one.swapaxes(-1, -2) @ other))
+
+    def _smoothed(self, sampled: Array) -> Array:
+        """Stresses at the nodes wanted of those at the sampling points, shape (k, wanted, 6)."""
         columns = sampled.reshape(len(self.slopes) * self.slopes.shape[1], -1)
         nodal = self.smoothing @ columns
         return np.asarray(nodal.reshape(len(nodal), 6, -1).transpose(2, 0, 1))

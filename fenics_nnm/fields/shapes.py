@@ -1,4 +1,8 @@
-"""Motions as sums of the shapes that a branch is made of."""
+"""Motions as sums of the shapes that a branch is made of.
+
+With masters among the modes these are those of their second-order displacement too, with amounts
+q_i q_j, or half of that where i = j.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.mechanics.motion import force_rates_at
+from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.results.stored_branch import StoredBranch
 
 #: Nodes whose shapes are in memory at once.
@@ -18,7 +23,7 @@ _NODES_AT_ONCE = 2**14
 
 @dataclass(frozen=True, slots=True)
 class MotionShapes:
-    """The modes of a branch, its residual shapes taken negative, and what full order adds.
+    """Modes of a branch, its residual shapes taken negative, and what bending or full order adds.
 
     A motion has an amount of each at any time, and its displacement is the sum.
 
@@ -35,6 +40,7 @@ class MotionShapes:
         """Displacement of each shape at some nodes, shape (shapes, nodes, dim)."""
         branch = self.branch
         parts = [branch.shapes, branch.residual_shapes]
+        parts += [branch.bent_shapes] if self._masters.size else []
         parts += [branch.inertia[place] for place in self.inertia]
         found = np.concatenate([part[:, nodes] for part in parts])
         residual = slice(len(branch.shapes), len(branch.shapes) + len(branch.residual_shapes))
@@ -44,20 +50,49 @@ class MotionShapes:
     def amounts(self, point: BranchPoint, phase: Array) -> Array:
         """Amounts of the shapes in a motion at phases omega t, shape (len(phase), shapes)."""
         branch, basis = self.branch, self.branch.series.basis_at(phase)
-        forces = branch.forces(point, phase)
-        return np.hstack([basis @ point.motion.q, forces, *self._own(point, basis)])
+        q, forces = basis @ point.motion.q, branch.forces(point, phase)
+        return np.hstack([q, forces, self._products(q, q), *self._own(point, basis)])
 
     def rates(self, point: BranchPoint, phase: Array) -> Array:
         """Their derivatives by time in 1/s."""
         branch, rates = self.branch, self.branch.series.rate_at(phase)
         forces = force_rates_at(branch.header.model, branch.series, point.motion, phase)
-        by_phase = np.hstack([rates @ point.motion.q, forces, *self._own(point, rates)])
+        q, moving = branch.series.basis_at(phase) @ point.motion.q, rates @ point.motion.q
+        bending = 2 * self._products(q, moving)
+        by_phase = np.hstack([moving, forces, bending, *self._own(point, rates)])
         return 2 * np.pi * point.motion.frequency * by_phase
 
     def of(self, q: Array, force: Array) -> Array:
-        """Amounts in modal coordinates (J,) and contact forces in N (n_c,), shape (shapes,)."""
+        """Amounts in modal coordinates (J,) and contact forces in N (n_c,), shape (shapes,).
+
+        They are those of linear kinematics.
+        """
         rest = sum(len(self.branch.inertia[place]) for place in self.inertia)
-        return np.concatenate([q, force, np.zeros(rest)])
+        return np.concatenate([q, force, np.zeros(len(self.pairs.first) + rest)])
+
+    @property
+    def pairs(self) -> Pairs:
+        """Pairs of masters that have a shape of second-order displacement."""
+        return Pairs.of(len(self._masters))
+
+    @property
+    def of_pairs(self) -> slice:
+        """Places of these shapes."""
+        start = len(self.branch.shapes) + len(self.branch.residual_shapes)
+        return slice(start, start + len(self.pairs.first))
+
+    @property
+    def masters_of_pairs(self) -> tuple[Indices, Indices]:
+        """Modes whose shapes make each of them."""
+        return self._masters[self.pairs.first], self._masters[self.pairs.second]
+
+    @property
+    def _masters(self) -> Indices:
+        return self.branch.header.model.kinematics.masters
+
+    def _products(self, one: Array, other: Array) -> Array:
+        """Amounts of second-order displacement of coordinates (k, J), shape (k, pairs)."""
+        return self.pairs.products(one[:, self._masters], other[:, self._masters])
 
     def fields(self, amounts: Array) -> Array:
         """Sums of the shapes at all nodes, (k, n, dim), for amounts (k, shapes)."""

@@ -1,4 +1,12 @@
-"""Stresses of motions in a part of a body, as sums of those of the shapes they are made of."""
+"""Stresses of motions in a part of a body, as sums of those of the shapes they are made of.
+
+Stress is linear in Green and Lagrange's strain sym(grad u) + 1/2 grad u^T grad u of the motion.
+With the second-order displacement of masters i, j its parts of second order are those of the pairs,
+
+    sym(grad theta_ij) + sym(grad phi_i^T grad phi_j),
+
+which belong together: where a beam bends, both are large along it, and nothing is left of them.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +24,7 @@ _AT_ONCE = 8
 
 @dataclass(frozen=True, slots=True)
 class StressBasis:
-    """Recovered stress of each shape of a branch: its change is linear in displacement.
+    """Recovered stress of each shape of a branch: its change is linear in their amounts.
 
     A motion at many instants, or several motions, then cost a matrix product.
 
@@ -46,5 +54,8 @@ def stress_basis(body: FieldBody, shapes: MotionShapes, nodes: Indices) -> Stres
     for start in range(0, len(displacements), _AT_ONCE):
         few = slice(start, start + _AT_ONCE)
         stresses[few] = np.swapaxes(recovery.at_nodes_of_each(displacements[few]), 1, 2)
+    if shapes.pairs.first.size:
+        modes = (displacements[each] for each in shapes.masters_of_pairs)
+        stresses[shapes.of_pairs] += np.swapaxes(recovery.at_nodes_of_pairs(*modes), 1, 2)
     steady = recovery.of_samples(body.steady).T if len(body.steady) else np.empty((6, 0))
     return StressBasis(shapes, stresses, steady)

@@ -14,6 +14,7 @@ from fenics_nnm.fem.linear import operators_of
 from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.obstacle_curvature import obstacle_closing
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.mechanics.second_order import SecondOrder
 from fenics_nnm.reduction.modal_derivatives import Deflection, with_second_order
@@ -43,6 +44,13 @@ class Bendable(Protocol):
     @property
     def reduction(self) -> Reduction:
         """Reduced model, and the way back to the body."""
+
+    @property
+    def model(self) -> ReducedModel:
+        """Reduced model."""
+
+    def largest_displacement(self, q: Array, force: Array) -> float:
+        """Largest displacement in m, of coordinates in kg^1/2 m and forces in N; on all ranks."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import ModelError
-from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.mechanics.second_order_effect import (
     KinematicsChoice,
@@ -19,14 +18,15 @@ from fenics_nnm.mechanics.second_order_effect import (
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.bending import Bendable, Bending, bent, of_mode_alone
+from fenics_nnm.structure.masters import chosen_masters
 from fenics_nnm.structure.motions import wanted_motions
 from fenics_nnm.study import MeshStudy
 
-Reached = Callable[[MeshStudy, LinearAnalysis], float]
+Reached = Callable[[MeshStudy, Bendable], float]
 """Largest energy of a branch over that of grazing with linear kinematics."""
 
 
-def asked_of_study(study: MeshStudy, linear: LinearAnalysis) -> float:
+def asked_of_study(study: MeshStudy, linear: Bendable) -> float:
     """Largest gamma ratio that a study asks for; 1 if it asks for frequencies."""
     by_frequency = study.continuation.stepping == "frequency"
     return 1.0 if by_frequency else wanted_motions(study).largest_ratio
@@ -47,10 +47,7 @@ def bending_of(study: MeshStudy, body: Bendable, solver: ModalSolver, stages: St
     straight, mode = body.reduction, study.mode.number - 1
     if study.body.kinematics == "second-order":
         _assert_open(straight)
-        with stages.stage("second order"):
-            masters = _masters(study, straight)
-            return Bending(straight, bent(body, straight, masters, solver), mode)
-    if _why_unknown(study, straight):
+    elif _why_unknown(study, straight):
         return Bending(straight, straight, mode)
     with stages.stage("second order"):
         if straight.model.massless:
@@ -68,7 +65,7 @@ def can_choose(study: MeshStudy, bending: Bending) -> bool:
 
 
 def chosen_kind(
-    study: MeshStudy, bending: Bending, linear: LinearAnalysis, reached: Reached
+    study: MeshStudy, bending: Bending, linear: Bendable, reached: Reached
 ) -> KinematicsChoice:
     """The kinematics that a study asks for, or that it needs; to be called on all ranks.
 
@@ -95,25 +92,42 @@ def in_choice(
     study: MeshStudy,
     bending: Bending,
     choice: KinematicsChoice,
-    body: Bendable,
+    linear: Bendable,
+    reached: Reached,
     solver: ModalSolver,
 ) -> Reduction:
-    """The model of a choice, with all masters of its study; to be called on all ranks."""
+    """The model of a choice, with all masters; to be called on all ranks.
+
+    Args:
+        study: Study, which may name the masters.
+        bending: Models of its body.
+        choice: Which kinematics.
+        linear: The body with linear kinematics.
+        reached: Largest energy of the branch.
+        solver: Solver of its stiffness.
+
+    Raises:
+        ModelError: if a master is no mode of the model.
+    """
     if not choice.second_order:
         return replace(bending.straight, choice=choice)
-    masters, found = _masters(study, bending.straight), bending.bent
+    if study.body.masters is None:
+        found = chosen_masters(linear, bending, reached(study, linear), solver)
+        reason = f"{choice.reason}; {found.reason}"
+        return replace(found.reduction, choice=replace(choice, reason=reason))
+    masters, given = _masters(study.body.masters, bending.straight), bending.bent
     if not np.array_equal(masters, bending.masters):
-        found = bent(body, bending.straight, masters, solver)
-    return replace(found, choice=choice)
+        given = bent(linear, bending.straight, masters, solver)
+    return replace(given, choice=choice)
 
 
-def _masters(study: MeshStudy, straight: Reduction) -> Indices:
+def _masters(masters: Sequence[int], straight: Reduction) -> Indices:
     """Places of the masters of a study.
 
     Raises:
         ModelError: if one is no mode of the model.
     """
-    masters, modes = study.body.masters or (study.mode.number,), straight.model.modes
+    modes = straight.model.modes
     if masters[-1] > modes:
         raise ModelError(
             f"body.masters: {masters[-1]} must not be above the number of modes, {modes}"
@@ -142,7 +156,7 @@ def _why_unknown(study: MeshStudy, straight: Reduction) -> str:
     return ""
 
 
-def _hindrance(study: MeshStudy, linear: LinearAnalysis) -> str:
+def _hindrance(study: MeshStudy, linear: Bendable) -> str:
     """What second order would need that a study does not have, or nothing."""
     harmonics, samples = study.mode.harmonics, study.mode.samples
     if study.full_order:

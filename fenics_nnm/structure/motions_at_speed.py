@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.structure.bending import Bendable
 from fenics_nnm.study import MeshStudy
 
 
@@ -49,7 +49,7 @@ class ReachedByTargets:
 
     targets: Sequence[Target]
 
-    def __call__(self, study: MeshStudy, linear: LinearAnalysis) -> float:
+    def __call__(self, study: MeshStudy, linear: Bendable) -> float:
         """Its ratio to that of grazing with linear kinematics; to be called on all ranks."""
         mode = study.mode.number - 1
         rest = linear.model.at_rest()

@@ -24,7 +24,7 @@ class _Body(Record):
     masters: Annotated[tuple[Count, ...], FromList] | None = Field(
         None,
         description="numbers of the modes that bend the body in second order, from 1; mode.number "
-        "alone without",
+        "and those that matter beside it without",
     )
 
     @model_validator(mode="after")

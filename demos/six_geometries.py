@@ -70,7 +70,7 @@ GEOMETRIES = (
         "shroud/shroud.toml", "shroud between two stops, plane", (244, 249), (1.72, 1.83), 10, 8
     ),
     Geometry(
-        "sector/sector.toml", "bladed sector with root block", (625, 637), (1.02, 1.05), 20, 12
+        "sector/sector.toml", "bladed sector with root block", (625, 637), (1.006, 1.015), 20, 12
     ),
     Geometry("rotor67/rotor67.toml", "NASA rotor 67", (367, 374.5), (1.008, 1.02), 24, 12),
     Geometry("fork/fork.toml", "tuning fork, two facing pads", (452, 462), (1.17, 1.24), 9, 8),

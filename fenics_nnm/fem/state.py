@@ -20,7 +20,7 @@ class StaticState:
         loads: Loads.
         displacement: u_s in m, from the unloaded body.
         unloaded: K of the unloaded body in N/m.
-        newton_steps: Steps of Newton's method, of all load steps together.
+        steps: Solutions of linear equations that it took, of all load steps together.
         load_steps: Steps in which the loads were applied.
         asymmetry: Norm of the part of the stiffness that is not symmetric (of follower pressures),
             which is left out, over what the loads change in the stiffness.
@@ -29,7 +29,7 @@ class StaticState:
     loads: Loads
     displacement: fem.Function
     unloaded: PETSc.Mat
-    newton_steps: int
+    steps: int
     load_steps: int
     asymmetry: float = 0.0
 

@@ -1,14 +1,20 @@
-"""Static state of a body under steady loads, geometrically exact, by Newton's method.
+"""Static state of a body under steady loads, geometrically exact.
 
-The loads are applied in steps: all at once where that goes, else in parts as large as Newton's
-method takes. A step is refused if it does not converge, ends where the tangent stiffness is not
-positive definite (the body buckles on the way), or goes much farther than its linear prediction (it
-snaps through to another state).
+First all loads are tried at once, with the factors of one stiffness: those of the body as it is
+before it moves. Steps with them are accelerated (`fem.anderson`), and what they end at counts if
+its tangent stiffness is positive definite, which the same factors show (`fem.least_ratio`).
+
+Else Newton's method takes over, and the loads are applied in parts as large as it takes. A step of
+the load is refused if it does not converge, ends where the tangent stiffness is not positive
+definite (the body buckles on the way), or goes much farther than its linear prediction (it snaps
+through to another state).
 """
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -16,8 +22,10 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutOfMemoryError
+from fenics_nnm.fem.anderson import Anderson
 from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
+from fenics_nnm.fem.least_ratio import least_ratio
 from fenics_nnm.fem.loaded_residual import LoadedResidual
 from fenics_nnm.fem.loads import Loads
 from fenics_nnm.fem.parallel import HeldTogether
@@ -36,6 +44,13 @@ _CONTRACTING = 0.3
 
 #: It diverges when a step is so many times its first one; it fails after so many steps.
 _DIVERGING, _MOST_STEPS = 1e6, 40
+
+#: Steps with the factors of one stiffness: they have converged at this part of the displacement;
+#: as many at most, and so many without a smaller one.
+_ACCELERATED, _MOST_ACCELERATED, _PATIENCE = 1e-11, 40, 5
+
+#: A tangent stiffness below this part of that of the body before it moves is left to Newton.
+_SOFT = 0.01
 
 #: A step of the load that moves the body by more than this times its linear prediction is halved.
 _FARTHER = 3.0
@@ -90,6 +105,56 @@ class _Newton(HeldTogether):
 
     def loaded(self) -> Solid:
         """The body about its state under all loads."""
+        if self._loads_at_once():
+            return self._about(self._residual.tangent, 1)
+        self._residual.move(np.zeros(self._solid.owned))
+        self._steps = 0
+        return self._loaded_by_newton()
+
+    def _loads_at_once(self) -> bool:
+        """Whether steps with one stiffness lead to a state of all loads, with its tangent."""
+        self._residual.apply(1.0)
+        try:
+            self._renew()
+            if self._negative or not self._accelerated():
+                return False
+        except _Refused:
+            return False
+        with self._same_factors():
+            return least_ratio(self._residual.assemble(), self._ksp) > _SOFT
+
+    @contextmanager
+    def _same_factors(self) -> Iterator[None]:
+        """Keep the present factors, though the tangent stiffness is assembled anew."""
+        self._ksp.getPC().setReusePreconditioner(True)
+        try:
+            yield
+        finally:
+            self._ksp.getPC().setReusePreconditioner(False)
+
+    def _accelerated(self) -> bool:
+        """Whether accelerated steps with the present factors converge.
+
+        Raises:
+            _Refused: if a step is not to be had.
+        """
+        residual, faster = self._residual, Anderson(self._solid.tagged.mesh.comm)
+        first, least, since = 0.0, np.inf, 0
+        for _ in range(_MOST_ACCELERATED):
+            self._steps += 1
+            change, before = self._step(), residual.owned.copy()
+            moved, whole = residual.norm(change), residual.norm(before)
+            first = first or moved
+            if not moved <= _FARTHER * first or whole > _FARTHER * first:
+                return False
+            least, since = (moved, 0) if moved < least else (least, since + 1)
+            residual.move(faster.following(before, change))
+            if moved <= _ACCELERATED * whole or since == _PATIENCE:
+                return least <= _ROUND_OFF * whole
+        return False
+
+    def _loaded_by_newton(self) -> Solid:
+        """The same by Newton's method, in as many parts as it needs."""
         reached, step, count = 0.0, 1.0, 0
         while reached < 1.0:
             level, before = min(1.0, reached + step), self._residual.owned.copy()
@@ -103,17 +168,16 @@ class _Newton(HeldTogether):
                 logger.info("loads in steps of %g, as %s", step, refusal)
                 continue
             reached, count, step = level, count + 1, 2 * step
-        return self._about(count)
+        return self._about(self._residual.assemble(), count)
 
-    def _about(self, load_steps: int) -> Solid:
-        """The body about its present state."""
+    def _about(self, stiffness: PETSc.Mat, load_steps: int) -> Solid:
+        """The body about its present state, of a tangent stiffness."""
         residual = self._residual
-        stiffness = residual.assemble()
         state = StaticState(
             loads=self._loads,
             displacement=residual.displacement,
             unloaded=self._solid.stiffness,
-            newton_steps=self._steps,
+            steps=self._steps,
             load_steps=load_steps,
             asymmetry=residual.asymmetry,
         )

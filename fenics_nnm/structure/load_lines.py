@@ -20,7 +20,7 @@ def load_lines(solid: Solid) -> list[str]:
     state, comm = solid.state, solid.tagged.mesh.comm
     moved = state.owned(solid.owned).reshape(-1, solid.tagged.dim)
     largest = comm.allreduce(np.linalg.norm(moved, axis=1).max(initial=0.0), op=MPI.MAX)
-    steps = f"{state.newton_steps} Newton steps"
+    steps = f"{state.steps} steps"
     if state.load_steps > 1:
         steps += f", loads in {state.load_steps} parts"
     lines = [

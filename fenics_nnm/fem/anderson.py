@@ -1,0 +1,56 @@
+"""Anderson's acceleration of an iteration x + g(x), with vectors spread over the ranks.
+
+D. G. Anderson, J. ACM 12 (1965) 547-560; H. F. Walker, P. Ni, SIAM J. Numer. Anal. 49 (2011)
+1715-1735. With all earlier steps kept it does for g what GMRES does where g is linear.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+
+from fenics_nnm.arrays import Array
+
+#: Earlier changes of g are forgotten when no more than this part of a new one is not along them:
+#: what they say is no longer so where g is not linear.
+_DEPENDENT = 0.003
+
+
+class Anderson:
+    """The next x from all x and g(x) so far, with the least g that their changes can make."""
+
+    def __init__(self, comm: MPI.Comm) -> None:
+        """Begin with no step; `comm` has all parts of the vectors."""
+        self._comm = comm
+        self._last: tuple[Array, Array] | None = None
+        self._changes: list[tuple[Array, Array]] = []  # of x, and of g: these are orthonormal
+
+    def following(self, x: Array, g: Array) -> Array:
+        """The next x, each of shape (n_owned,); to be called on all ranks."""
+        if self._last is not None:
+            self._learn(x - self._last[0], g - self._last[1])
+        self._last = x, g
+        found = x + g
+        for moved, changed in self._changes:
+            found -= self._inner(changed, g) * (moved + changed)
+        return found
+
+    def _learn(self, moved: Array, changed: Array) -> None:
+        """Keep a change of x and that of g that it made, made orthogonal to those before."""
+        size, latest = self._norm(changed), (moved, changed)
+        for _ in range(2):  # twice is enough
+            for along, direction in self._changes:
+                part = self._inner(direction, changed)
+                moved, changed = moved - part * along, changed - part * direction
+        left = self._norm(changed)
+        if left <= _DEPENDENT * size:
+            (moved, changed), left = latest, size
+            self._changes.clear()
+        if left:
+            self._changes.append((moved / left, changed / left))
+
+    def _inner(self, one: Array, other: Array) -> float:
+        return float(self._comm.allreduce(float(one @ other)))
+
+    def _norm(self, one: Array) -> float:
+        return float(np.sqrt(self._inner(one, one)))

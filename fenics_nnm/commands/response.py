@@ -75,6 +75,12 @@ def _incomplete(found: Response) -> Iterator[str]:
             f"{len(missing)} of {len(found.points)} points without amplitudes, the first at "
             f"{missing[0].frequency:g} Hz: {missing[0].reason}"
         )
+    refuted = found.refuted
+    if refuted:
+        yield (
+            f"{len(refuted)} of {len(found.points)} points are no motions, the first at "
+            f"{refuted[0].frequency:g} Hz: {refuted[0].reason}"
+        )
     for reason in found.reasons:
         yield f"the curve ends: {reason}"
 

@@ -33,6 +33,11 @@ class HystereticPart:
         return False
 
     @property
+    def in_time(self) -> bool:
+        """It is a law of harmonics."""
+        return False
+
+    @property
     def reversible(self) -> bool:
         """It damps."""
         return False

@@ -72,6 +72,10 @@ class LinearPart(Protocol):
         """Whether it acts on each coordinate by itself, so that any of them can be kept."""
 
     @property
+    def in_time(self) -> bool:
+        """Whether it is that of equations in time, and not a law of harmonics alone."""
+
+    @property
     def rate(self) -> Array:
         """C, what multiplies the velocities, in 1/s, shape (J, J)."""
 
@@ -97,6 +101,11 @@ class ModalPart:
     @property
     def separate(self) -> bool:
         """It does."""
+        return True
+
+    @property
+    def in_time(self) -> bool:
+        """It is."""
         return True
 
     @property
@@ -196,6 +205,11 @@ class RatedPart:
     def separate(self) -> bool:
         """Terms of the velocity couple coordinates."""
         return False
+
+    @property
+    def in_time(self) -> bool:
+        """It is."""
+        return True
 
     @property
     def reversible(self) -> bool:

@@ -24,14 +24,13 @@ from fenics_nnm.continuation.trace import End, Trace, TracePoint, trace
 from fenics_nnm.continuation.trace_options import ArcLength, Bound, Range
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.nonlinear.conditions import FREQUENCY, FixedFrequency
-from fenics_nnm.nonlinear.equations import HarmonicEquations
-from fenics_nnm.nonlinear.newton import Newton, solve
 from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.nonlinear.timed import TimedEquations
-from fenics_nnm.nonlinear.unknowns import Unknowns
-from fenics_nnm.response.driven import NothingTouches, open_motion, point_of
+from fenics_nnm.response.driven import point_of
+from fenics_nnm.response.first_motion import first_motion
+from fenics_nnm.response.judge import Judge, judge_of
 from fenics_nnm.response.peak_events import Crest, crests
-from fenics_nnm.response.point import ResponsePoint, Status
+from fenics_nnm.response.point import ResponsePoint
 from fenics_nnm.response.structure import DrivenStructure
 
 #: A motion at a wanted frequency is farther from its guess than this part of a step: another one.
@@ -39,12 +38,6 @@ _FARTHEST = 0.5
 
 #: Motions at one frequency that differ by less than this part of their size are the same.
 _SAME = 1e-6
-
-#: Newton's iteration from a guess far away, at the first frequency.
-_FAR = Newton(tolerance=1e-12, round_off=1e-10, iterations=60)
-
-#: Parts of the force that the first motion is looked for with, until it is found with all of it.
-_SMALLEST_GROWTH = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +58,7 @@ def curve(
     series: FourierSeries,
     frequencies: Array,
     *,
+    judge: Judge | None = None,
     options: ArcLength | None = None,
     on_progress: Callable[[float], None] = lambda part: None,
 ) -> Curve:
@@ -74,6 +68,7 @@ def curve(
         structure: Driven structure whose contact points have no mass.
         series: Series in time.
         frequencies: Wanted frequencies in Hz, ascending, shape (f,), two or more.
+        judge: What judges its motions; by default integration in time, where there is such.
         options: Steps of the continuation.
         on_progress: Called with the part of the range of frequencies that was reached.
     """
@@ -82,6 +77,7 @@ def curve(
         series,
         TimedEquations.of(structure.mechanics, series),
         2 * np.pi * frequencies,
+        judge or judge_of(structure.mechanics),
         options or ArcLength(),
     )
     rising = follower.followed(falls=False, on_progress=on_progress)
@@ -101,6 +97,7 @@ class Follower:
         series: Series in time.
         equations: Its equations.
         omega: Wanted circular frequencies in rad/s, ascending, shape (f,).
+        judge: What judges its motions.
         options: Steps of the continuation.
     """
 
@@ -108,6 +105,7 @@ class Follower:
     series: FourierSeries
     equations: TimedEquations
     omega: Array
+    judge: Judge
     options: ArcLength
 
     def followed(self, *, falls: bool, on_progress: Callable[[float], None]) -> Curve:
@@ -136,24 +134,8 @@ class Follower:
         return bool(other.failure) or distance < _SAME * float(np.linalg.norm(end.q))
 
     def first_motion(self, omega: float) -> Solution:
-        """The motion at a frequency, with the forces growing to their size where needed."""
-        opened = HarmonicEquations(self.structure.mechanics, self.series, NothingTouches())
-        guess = open_motion(opened, omega).at
-        found = solve(self.equations, FixedFrequency(omega), guess, options=_FAR)
-        part, growth = 0.0, 0.5
-        near = guess.times(0.0)
-        while found.failure and growth > _SMALLEST_GROWTH:
-            tried = min(1.0, part + growth)
-            equations = replace(self.equations, mechanics=self.structure.at_level(tried).mechanics)
-            begin = Unknowns(near.q if part else tried * guess.q, guess.parameters)
-            step = solve(equations, FixedFrequency(omega), begin, options=_FAR)
-            if step.failure:
-                growth /= 2
-                continue
-            part, near = tried, step.at
-            if part == 1.0:
-                return step
-        return found
+        """A motion at a frequency."""
+        return first_motion(self.structure, self.equations, omega)
 
     def _trace(self, start: Solution, *, falls: bool) -> Trace:
         problem = Problem.of(self.equations, self.options.newton)
@@ -189,9 +171,11 @@ class Follower:
                 yield found
 
     def _point(self, solution: Solution, event: str = "") -> ResponsePoint:
-        linear = not self.structure.forces and not solution.forces.force.any()
-        status = Status.EXACT if linear else Status.CONVERGED
-        point = point_of(self.structure, self.series, solution, status)
+        if self.structure.forces or solution.forces.force.any():
+            known = self.judge.of_contact(self.series, solution.q, solution.omega)
+        else:
+            known = self.judge.of_linear(solution.omega)
+        point = point_of(self.structure, self.series, solution, known)
         return replace(point, event=event)
 
 

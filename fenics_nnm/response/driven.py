@@ -27,6 +27,7 @@ from fenics_nnm.nonlinear.solution import Solution, evaluated
 from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.response.balance import LARGEST_IMBALANCE, imbalance
 from fenics_nnm.response.displacements import displacements
+from fenics_nnm.response.judge import judge_of
 from fenics_nnm.response.point import Displacements, Judgement, ResponsePoint, Status
 from fenics_nnm.response.structure import DrivenStructure
 
@@ -61,10 +62,14 @@ def open_response(
         ModelError: if a gap is not positive where contact points carry mass.
     """
     equations = HarmonicEquations(structure.mechanics, series, NothingTouches())
+    judge = judge_of(structure.mechanics)
     points = []
     for number, frequency in enumerate(map(float, frequencies), start=1):
         solution = open_motion(equations, 2 * np.pi * frequency)
-        points.append(_open_point(structure, series, frequency, solution))
+        known = judge.of_linear(solution.omega)
+        if structure.forces:
+            known = replace(known, status=Status.CONVERGED)
+        points.append(_open_point(structure, series, frequency, solution, known))
         on_progress(number / len(frequencies))
     return tuple(points)
 
@@ -80,11 +85,10 @@ def open_motion(equations: HarmonicEquations, omega: float) -> Solution:
 
 
 def point_of(
-    structure: DrivenStructure, series: FourierSeries, solution: Solution, status: Status
+    structure: DrivenStructure, series: FourierSeries, solution: Solution, judgement: Judgement
 ) -> ResponsePoint:
-    """A motion that was found as a point of the response."""
+    """A motion that was found, and what is known of it, as a point of the response."""
     error = imbalance(structure.mechanics, series, solution.at)
-    judgement = Judgement(status)
     if not error <= LARGEST_IMBALANCE:
         judgement = Judgement(
             Status.FAILED, f"the work of the forces differs from the dissipation by {error:.1e}"
@@ -97,11 +101,14 @@ def point_of(
 
 
 def _open_point(
-    structure: DrivenStructure, series: FourierSeries, frequency: float, solution: Solution
+    structure: DrivenStructure,
+    series: FourierSeries,
+    frequency: float,
+    solution: Solution,
+    known: Judgement,
 ) -> ResponsePoint:
     """A motion without contact as a point of the response."""
-    status = Status.CONVERGED if structure.forces else Status.EXACT
-    point = replace(point_of(structure, series, solution, status), frequency=frequency)
+    point = replace(point_of(structure, series, solution, known), frequency=frequency)
     judgement = _judged(solution, point)
     if judgement.status in (Status.FAILED, Status.TOUCHES):
         nothing = Displacements.unknown(len(structure.monitors), structure.model.points)

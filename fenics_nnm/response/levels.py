@@ -32,6 +32,11 @@ class Response:
         """Points without amplitudes."""
         return tuple(point for point in self.points if not point.found)
 
+    @property
+    def refuted(self) -> tuple[ResponsePoint, ...]:
+        """Points with amplitudes that are no motions of the structure."""
+        return tuple(p for p in self.points if p.found and p.status is Status.FAILED)
+
     def at_level(self, level: float) -> tuple[ResponsePoint, ...]:
         """Points of a level."""
         return tuple(point for point in self.points if point.level == level)

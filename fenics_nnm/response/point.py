@@ -104,7 +104,7 @@ class ResponsePoint:
     @property
     def found(self) -> bool:
         """Whether there are amplitudes."""
-        return self.status not in (Status.TOUCHES, Status.FAILED)
+        return bool(np.isfinite(self.displacements.first).all())
 
     @property
     def omega(self) -> float:

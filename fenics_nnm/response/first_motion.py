@@ -1,0 +1,87 @@
+"""A first motion of a driven structure in contact at one frequency, from no motion nearby.
+
+Newton's iteration starts at the motion without obstacles, with few harmonics; each motion found is
+the guess of one with about twice as many. Where it fails the forces grow to their size in steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.nonlinear.conditions import FixedFrequency
+from fenics_nnm.nonlinear.equations import HarmonicEquations
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import Solution
+from fenics_nnm.nonlinear.timed import TimedEquations
+from fenics_nnm.nonlinear.unknowns import Unknowns
+from fenics_nnm.response.driven import NothingTouches, open_motion
+from fenics_nnm.response.structure import DrivenStructure
+
+#: Newton's iteration from a guess far away.
+_FAR = Newton(tolerance=1e-12, round_off=1e-10, iterations=60)
+
+#: The forces grow by no smaller part of their size.
+_SMALLEST_GROWTH = 1e-2
+
+#: Harmonics to begin with, and by what factor they grow.
+_FEW, _MORE = 5, 1.6
+
+
+def first_motion(structure: DrivenStructure, equations: TimedEquations, omega: float) -> Solution:
+    """A motion at a circular frequency in rad/s; a failure is told in the solution.
+
+    Args:
+        structure: Driven structure.
+        equations: Its equations, in the series that the motion is wanted in.
+        omega: Circular frequency in rad/s.
+    """
+    guess = _opened(equations, omega).at
+    found = solve(equations, FixedFrequency(omega), guess, options=_FAR)
+    if found.failure:
+        for coarse in _coarse(structure, equations):
+            found = _grown(structure, coarse, guess)
+            if found.failure:
+                return found
+            guess = found.at
+    return found
+
+
+def _opened(equations: TimedEquations, omega: float) -> Solution:
+    """The motion as if there were no obstacles."""
+    opened = HarmonicEquations(equations.mechanics, equations.series, NothingTouches())
+    return open_motion(opened, omega)
+
+
+def _coarse(structure: DrivenStructure, equations: TimedEquations) -> Iterator[TimedEquations]:
+    """The equations with more and more harmonics, up to those wanted."""
+    wanted = equations.series.harmonics
+    number = max(_FEW, *structure.drive.harmonics)
+    while number < wanted:
+        series = FourierSeries(number, max(4 * number, 32))
+        yield TimedEquations.of(equations.mechanics, series)
+        number = int(np.ceil(_MORE * number))
+    yield equations
+
+
+def _grown(structure: DrivenStructure, equations: TimedEquations, guess: Unknowns) -> Solution:
+    """The motion near a guess of any number of harmonics; else the forces grow to their size."""
+    condition, fitted = FixedFrequency(guess.omega), equations.series.fitted
+    near = Unknowns(fitted(guess.q), guess.parameters)
+    found = solve(equations, condition, near, options=_FAR)
+    part, growth, linear = 0.0, 0.5, _opened(equations, guess.omega).at
+    while found.failure and growth > _SMALLEST_GROWTH:
+        tried = min(1.0, part + growth)
+        mechanics = structure.at_level(tried).mechanics
+        begin = near if part else Unknowns(tried * linear.q, guess.parameters)
+        step = solve(replace(equations, mechanics=mechanics), condition, begin, options=_FAR)
+        if step.failure:
+            growth /= 2
+            continue
+        part, near = tried, step.at
+        if part == 1.0:
+            return step
+    return found

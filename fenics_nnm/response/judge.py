@@ -1,0 +1,76 @@
+"""What is known of motions of harmonic balance from other methods: stability, verdict in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.mechanics.mechanics import Mechanics
+from fenics_nnm.response.in_time import in_time
+from fenics_nnm.response.point import Judgement, Status
+from fenics_nnm.time_domain.damped_flow import DampedFlow
+
+
+class Judge(Protocol):
+    """Something that judges motions of one structure under given forces."""
+
+    def of_linear(self, omega: float) -> Judgement:
+        """What is known of the motion at a frequency that touches nothing, solved exactly."""
+
+    def of_contact(self, series: FourierSeries, q: Array, omega: float) -> Judgement:
+        """What is known of a motion with contact, or nearly so, of coefficients (c, J)."""
+
+
+class Unjudged:
+    """Nothing more is known than that the harmonic equations are solved."""
+
+    def of_linear(self, omega: float) -> Judgement:
+        """Exact."""
+        return Judgement(Status.EXACT)
+
+    def of_contact(self, series: FourierSeries, q: Array, omega: float) -> Judgement:
+        """Converged."""
+        return Judgement(Status.CONVERGED)
+
+
+@dataclass(frozen=True, slots=True)
+class JudgeInTime:
+    """Follows motions in time, see `response.in_time`.
+
+    Attributes:
+        mechanics: What motions obey, with viscous damping and no forces besides contact.
+    """
+
+    mechanics: Mechanics
+    flow: DampedFlow = field(init=False, repr=False, compare=False)
+    slowest: float = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        model, rate = self.mechanics.model, self.mechanics.linear.rate
+        state = np.block([[0 * rate, np.eye(len(rate))], [-np.diag(model.omega**2), -rate]])
+        slowest = float(np.linalg.eigvals(state).real.max())
+        object.__setattr__(self, "slowest", slowest)
+        object.__setattr__(self, "flow", DampedFlow.of(self.mechanics, float(model.omega[0])))
+
+    def of_linear(self, omega: float) -> Judgement:
+        """Exact; multipliers are those of the free vibrations without contact."""
+        largest = float(np.exp(self.slowest * 2 * np.pi / omega))
+        return Judgement(Status.EXACT, "", largest, "stable" if largest < 1 else "unstable")
+
+    def of_contact(self, series: FourierSeries, q: Array, omega: float) -> Judgement:
+        """Verdict and multipliers of the exact motion near it."""
+        found = in_time(self.flow, series, q, omega)
+        return Judgement(
+            Status(found.status), found.reason, found.largest_multiplier, found.stability
+        )
+
+
+def judge_of(mechanics: Mechanics) -> Judge:
+    """The judge that fits: in time where there are equations in time between changes of contact."""
+    if mechanics.forces or not mechanics.linear.in_time or not mechanics.model.massless:
+        return Unjudged()
+    return JudgeInTime(mechanics)

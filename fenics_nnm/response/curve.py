@@ -130,8 +130,10 @@ class Follower:
         Where several motions coexist there, it may be another one, on a piece of its own.
         """
         other = self.first_motion(float(self.omega[-1]))
+        if other.failure:
+            return True
         distance = float(np.linalg.norm(other.q - end.q))
-        return bool(other.failure) or distance < _SAME * float(np.linalg.norm(end.q))
+        return distance < _SAME * float(np.linalg.norm(end.q))
 
     def first_motion(self, omega: float) -> Solution:
         """A motion at a frequency."""

@@ -69,7 +69,7 @@ class ExcitationSection(_Harmonic):
     )
     base: Vector | None = Field(
         None,
-        description="[ax, ay, az], acceleration of the base in m/s^2, 0-peak: displacements are "
+        description="[ax, ay, az], acceleration of the base (m/s^2), 0-peak: displacements are "
         "those against the base; as many as dimensions",
     )
 

@@ -10,8 +10,9 @@ from fenics_nnm.commands import (
     report,
     response,
     run,
+    simulate,
     sweep,
 )
 
-COMMANDS = (new, check, run, plot, export, report, convergence, sweep, response, campbell)
+COMMANDS = (new, check, run, plot, export, report, convergence, sweep, response, simulate, campbell)
 """Modules with `add_to(commands)`, in the order of the help."""

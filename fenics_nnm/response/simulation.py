@@ -14,6 +14,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.response.structure import Watched
 from fenics_nnm.time_domain.damped_flow import DampedFlow
 from fenics_nnm.time_domain.driven_motion import DrivenOrbit, driven_orbit
 from fenics_nnm.time_domain.integrator import Trajectory
@@ -32,31 +33,6 @@ _SETTLED = 0.02
 
 #: A state that comes back to less than this part of itself may be near a periodic motion.
 _NEAR = 0.1
-
-
-@dataclass(frozen=True, slots=True)
-class Places:
-    """Places whose displacement is watched: x = shapes q - residual lambda.
-
-    Attributes:
-        names: Their names.
-        shapes: Displacement per modal coordinate in kg^-1/2, shape (w, J).
-        residual: Displacement per contact force that the modes do not bring, m/N, shape (w, n_c).
-    """
-
-    names: tuple[str, ...]
-    shapes: Array
-    residual: Array
-
-    def moved(self, flow: DampedFlow, q: Array, velocity: Array) -> tuple[Array, Array]:
-        """Displacements and speeds at states of shape (s, J), each of shape (s, w)."""
-        model = flow.model
-        forces = Complementarity(model.R, model.gap)(q @ model.Phi.T)
-        rates = forces.change(velocity @ model.Phi.T)
-        return (
-            q @ self.shapes.T - forces.force @ self.residual.T,
-            velocity @ self.shapes.T - rates @ self.residual.T,
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +113,7 @@ class Settled:
 
 def simulation(
     flow: DampedFlow,
-    places: Places,
+    watched: Watched,
     frequencies: Array,
     start: tuple[Array, Array],
     *,
@@ -147,7 +123,7 @@ def simulation(
 
     Args:
         flow: Flow of the driven structure, at any frequency.
-        places: What is watched.
+        watched: What is watched.
         frequencies: Frequency of each period in Hz, shape (P,).
         start: Coordinates and velocities at the start, each of shape (J,).
         on_progress: Called with the part of the periods that is done.
@@ -161,15 +137,15 @@ def simulation(
         if whole.failure:
             failure = f"given up in period {number}: {whole.failure}"
             return Simulation(tuple(periods), q, velocity, failure)
-        periods.append(_period(driven, places, whole, clock))
+        periods.append(_period(driven, watched, whole, clock))
         q, velocity, clock = whole.q, whole.velocity, clock + times[-1]
         on_progress(number / len(frequencies))
     return Simulation(tuple(periods), q, velocity)
 
 
-def _period(flow: DampedFlow, places: Places, whole: Trajectory, clock: float) -> Period:
+def _period(flow: DampedFlow, watched: Watched, whole: Trajectory, clock: float) -> Period:
     """What is kept of the motion in a period."""
-    moved, speed = places.moved(flow, whole.q_at, whole.velocity_at)
+    moved, speed = moved_places(flow, watched, whole.q_at, whole.velocity_at)
     frequency = flow.drive.omega / (2 * np.pi)
     return Period(
         frequency=frequency,
@@ -180,6 +156,19 @@ def _period(flow: DampedFlow, places: Places, whole: Trajectory, clock: float) -
         section_speed=speed[0],
         contact_fraction=whole.contact_time * frequency,
         energy=flow.energy(whole.q_at[0], whole.velocity_at[0]),
+    )
+
+
+def moved_places(
+    flow: DampedFlow, watched: Watched, q: Array, velocity: Array
+) -> tuple[Array, Array]:
+    """Displacements and speeds of places at states of shape (s, J), each of shape (s, w)."""
+    model = flow.model
+    forces = Complementarity(model.R, model.gap)(q @ model.Phi.T)
+    rates = forces.change(velocity @ model.Phi.T)
+    return (
+        q @ watched.shapes.T - forces.force @ watched.residual.T,
+        velocity @ watched.shapes.T - rates @ watched.residual.T,
     )
 
 

@@ -31,14 +31,22 @@ from fenics_nnm.study.driven import base_order
 _NEEDED = ("excitation", "response")
 
 
-def driven_structure(study: Study, comm: MPI.Comm, stages: Stages | None = None) -> DrivenStructure:
+def driven_structure(
+    study: Study, comm: MPI.Comm, stages: Stages | None = None, command: str = "response"
+) -> DrivenStructure:
     """The driven structure of a study; to be called on all ranks.
+
+    Args:
+        study: Study.
+        comm: Communicator of the mesh.
+        stages: Timings and progress.
+        command: Command that asks for it.
 
     Raises:
         StudyError: if a section is missing, or the study cannot be driven as it is.
         MeshError, ModelError, ConvergenceError: as `Structure.driven`.
     """
-    _assert_drivable(study)
+    _assert_drivable(study, command)
     harmonics = _harmonics(study)
     basis = structure_of(study).driven(comm, stages or Stages())
     model = basis.model
@@ -153,7 +161,7 @@ def _watched(study: Study, basis: DrivenBasis) -> Watched:
     return found
 
 
-def _assert_drivable(study: Study) -> None:
+def _assert_drivable(study: Study, command: str) -> None:
     assert_without_coriolis(study)
     given = study.driven_sections
     missing = [name for name in _NEEDED if name not in given]
@@ -161,12 +169,12 @@ def _assert_drivable(study: Study) -> None:
     if missing:
         verb = "is" if len(missing) == 1 else "are"
         raise StudyError(
-            f"{', '.join(missing)}: {verb} missing: fenics-nnm response needs the sections "
+            f"{', '.join(missing)}: {verb} missing: fenics-nnm {command} needs the sections "
             "[damping] or [[dashpot]], [excitation] and [response]"
         )
     if study.automatic:
-        raise StudyError(f'{study.automatic[0]} = "auto": fenics-nnm response needs a number')
+        raise StudyError(f'{study.automatic[0]} = "auto": fenics-nnm {command} needs a number')
     if study.reduction.method != "massless":
         raise StudyError(
-            f'reduction.method = "{study.reduction.method}": fenics-nnm response needs "massless"'
+            f'reduction.method = "{study.reduction.method}": fenics-nnm {command} needs "massless"'
         )

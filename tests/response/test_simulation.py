@@ -6,7 +6,8 @@ import pytest
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.excitation import Excitation
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.response.simulation import Places, Simulation, settled, simulation
+from fenics_nnm.response.simulation import Simulation, settled, simulation
+from fenics_nnm.response.structure import Watched
 from fenics_nnm.time_domain.damped_flow import DampedFlow
 from fenics_nnm.time_domain.drive import Drive
 
@@ -21,9 +22,9 @@ def oscillator(
     return DampedFlow(model, np.array([[rate]]), Drive.of(1.0, (push,), 1))
 
 
-def places(flow: DampedFlow) -> Places:
+def places(flow: DampedFlow) -> Watched:
     """The mass, and its contact point, which is held while it touches."""
-    return Places(("mass", "contact 1"), np.ones((2, 1)), np.array([[0.0], flow.model.R[0]]))
+    return Watched(("mass", "contact 1"), np.ones((2, 1)), np.array([[0.0], flow.model.R[0]]))
 
 
 def swept(flow: DampedFlow, omegas: Array, start: tuple[Array, Array] = REST) -> Simulation:

@@ -1,0 +1,155 @@
+"""fenics-nnm simulate: a driven structure in time, from rest or from a stored state."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+from fenics_nnm.commands.shared import (
+    DONE,
+    INCOMPLETE,
+    Commands,
+    add_settings,
+    add_study,
+    asked_study,
+    complain,
+    console_of,
+    show,
+    stages_of,
+)
+from fenics_nnm.errors import StudyError
+from fenics_nnm.interrupts import terminable
+
+if TYPE_CHECKING:
+    from fenics_nnm.response.structure import DrivenStructure
+    from fenics_nnm.structure.simulated import Leg, Simulated, Wanted
+
+#: Periods at a constant frequency, and at each frequency of a sweep, if not given.
+_CONSTANT, _SWEPT = 500, 20
+
+#: More periods than this are a misprint.
+_MOST = 10_000_000
+
+_WAYS = ("up", "down", "both")
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    simulate = commands.add_parser(
+        "simulate", help="a driven structure in time, at one frequency or in a sweep"
+    )
+    simulate.add_argument(
+        "--frequency", type=float, metavar="HZ", help="constant frequency (default: a sweep)"
+    )
+    simulate.add_argument(
+        "--way",
+        choices=_WAYS,
+        default="both",
+        help="way through the frequencies of [response] (default: %(default)s, up and then down)",
+    )
+    simulate.add_argument(
+        "--periods",
+        type=int,
+        metavar="N",
+        help=f"periods in all (default: {_CONSTANT}), or at each frequency of a sweep ({_SWEPT})",
+    )
+    simulate.add_argument(
+        "--level", type=float, default=1.0, metavar="X", help="factor of all forces (default: 1)"
+    )
+    simulate.add_argument(
+        "--start",
+        type=Path,
+        metavar="DIR",
+        help="folder of a simulation whose last state is the first of this one (default: rest)",
+    )
+    simulate.add_argument(
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="folder of the results (default: results/STUDY-simulation)",
+    )
+    add_settings(simulate)
+    add_study(simulate)
+    simulate.set_defaults(action=_simulate)
+
+
+def _simulate(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.output.simulation_report import write_simulation
+    from fenics_nnm.structure.driven import driven_structure
+    from fenics_nnm.structure.simulated import simulated
+
+    wanted = _wanted(arguments)
+    (study, _), comm = asked_study(arguments), MPI.COMM_WORLD
+    console = console_of(comm)
+    folder = arguments.output or Path("results") / f"{arguments.study.stem}-simulation"
+    with terminable(), stages_of(console, arguments) as stages:
+        structure = driven_structure(study, comm, stages, "simulate")
+        found = on_root(comm, simulated, study, structure, wanted, stages)
+        on_root(comm, write_simulation, folder, structure.monitors, found, title=study.title)
+    console.print(simulation_table(structure, found, study.title))
+    if found.settled:
+        show(console, f"The motion {found.settled}.")
+    show(console, f"results in {folder}")
+    if found.failure and comm.rank == 0:
+        complain(f"incomplete: {found.failure}")
+    return INCOMPLETE if found.failure else DONE
+
+
+def _wanted(arguments: argparse.Namespace) -> Wanted:
+    """What is to be simulated.
+
+    Raises:
+        StudyError: if an argument is out of bounds.
+    """
+    from fenics_nnm.structure.simulated import Wanted, Way
+
+    for name in ("frequency", "level"):
+        value = getattr(arguments, name)
+        if value is not None and not 0 < value < float("inf"):
+            raise StudyError(f"--{name} {value:g}: must be positive")
+    constant = arguments.frequency is not None
+    periods = arguments.periods
+    if periods is None:
+        periods = _CONSTANT if constant else _SWEPT
+    if not 0 < periods <= _MOST:
+        raise StudyError(f"--periods {periods}: must be from 1 to {_MOST}")
+    if constant and arguments.way != "both":
+        raise StudyError(f"--way {arguments.way}: has no effect with --frequency")
+    return Wanted(
+        arguments.frequency, periods, Way(arguments.way), arguments.level, arguments.start
+    )
+
+
+def simulation_table(structure: DrivenStructure, found: Simulated, title: str = "") -> Table:
+    """Largest amplitude of each way of the excited and further places, and the last one."""
+    table = Table(title=title or None, box=None, padding=(0, 3, 0, 0))
+    headings = ("way", "place", "largest amplitude (m)", "at (Hz)", "at last (m)", "contact")
+    for heading in headings:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for leg in found.legs:
+        if leg.found.periods:
+            for row in _table_rows(structure, leg):
+                table.add_row(*row)
+    return table
+
+
+def _table_rows(structure: DrivenStructure, leg: Leg) -> list[tuple[str, ...]]:
+    amplitude, contact = leg.found.of("amplitude"), leg.found.of("contact_fraction")
+    top = amplitude.argmax(axis=0)
+    return [
+        (
+            leg.name,
+            structure.monitors[place],
+            f"{amplitude[top[place], place]:.4g}",
+            f"{leg.found.periods[top[place]].frequency:.6g}",
+            f"{amplitude[-1, place]:.4g}",
+            f"{contact[-1]:.1%}",
+        )
+        for place in range(structure.watched.before_contact)
+    ]

@@ -129,7 +129,7 @@ def _wanted(arguments: argparse.Namespace) -> Wanted:
 def simulation_table(structure: DrivenStructure, found: Simulated, title: str = "") -> Table:
     """Largest amplitude of each way of the excited and further places, and the last one."""
     table = Table(title=title or None, box=None, padding=(0, 3, 0, 0))
-    headings = ("way", "place", "largest amplitude (m)", "at (Hz)", "at last (m)", "contact")
+    headings = ("way", "amplitude of", "largest (m)", "at (Hz)", "last (m)", "contact")
     for heading in headings:
         table.add_column(heading, justify="right", no_wrap=True)
     for leg in found.legs:

@@ -36,7 +36,8 @@ def simulation_plot(names: Sequence[str], found: Simulated, title: str) -> Figur
     along = "periods  (1)" if constant else "frequency  (Hz)"
     label(envelope, along, f"envelope, {names[place]}  ({units[0].name})")
     label(section, f"displacement  ({units[0].name})", f"speed  ({units[1].name})")
-    section.set_title("at the start of each period", fontsize=8)
+    section.set_title("once a period", fontsize=9)
+    section.locator_params(axis="x", nbins=4)
     envelope.set_title(title, fontsize=9)
     if not constant:
         legend_below(figure, envelope)

@@ -141,7 +141,7 @@ def test_help_lists_the_commands_in_the_order_of_their_use(
         command("--help")
     assert ended.value.code == 0
     told = capfd.readouterr().out
-    names = "new check run plot export report convergence sweep response campbell".split()
+    names = "new check run plot export report convergence sweep response simulate campbell".split()
     assert re.findall(r"^    ([a-z]+) ", told, re.MULTILINE) == names
     (example,) = (line for line in told.splitlines() if "&&" in line)
     assert [part.split()[1] for part in example.split("&&")] == ["new", "run", "report"]

@@ -11,6 +11,9 @@ from fenics_nnm.errors import Code, MeshError
 #: Deepest chain of *INCLUDE; a longer one includes itself.
 _DEEPEST = 20
 
+#: Keywords whose data may stand in a file of their own, with INPUT.
+_WITH_DATA_ELSEWHERE = ("NODE", "ELEMENT", "EQUATION", "MPC")
+
 
 @dataclass(frozen=True, slots=True)
 class Card:
@@ -51,18 +54,11 @@ def cards(path: Path, depth: int = 0) -> Iterator[Card]:
     """
     if depth > _DEEPEST:
         raise MeshError(f"mesh file {path}: includes itself", code=Code.MESH_FILE)
-    try:
-        lines = path.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
-    except OSError as error:
-        raise MeshError(
-            f"mesh file {path}: cannot be read: {error.strerror}", code=Code.MESH_FILE
-        ) from error
     current: Card | None = None
-    heads = _continued(lines)
-    for number, line in heads:
+    for number, line in _continued(_lines(path)):
         if not line.startswith("*"):
             if current is not None:
-                current.rows.append([entry.strip() for entry in line.split(",")])
+                current.rows.append(_entries(line))
             continue
         if current is not None:
             yield current
@@ -70,8 +66,31 @@ def cards(path: Path, depth: int = 0) -> Iterator[Card]:
         if current.keyword == "INCLUDE":
             yield from cards(path.parent / current.option("INPUT"), depth + 1)
             current = None
+        elif current.keyword in _WITH_DATA_ELSEWHERE and "INPUT" in current.options:
+            current.rows.extend(_data(path.parent / current.option("INPUT")))
     if current is not None:
         yield current
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        return path.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
+    except OSError as error:
+        raise MeshError(
+            f"mesh file {path}: cannot be read: {error.strerror}", code=Code.MESH_FILE
+        ) from error
+
+
+def _data(path: Path) -> Iterator[list[str]]:
+    """Data lines of a file of their own."""
+    for number, line in _continued(_lines(path)):
+        if line.startswith("*"):
+            raise MeshError(f"{path}, line {number}: {line[:40]}: must be data alone")
+        yield _entries(line)
+
+
+def _entries(line: str) -> list[str]:
+    return [entry.strip() for entry in line.split(",")]
 
 
 def _continued(lines: list[str]) -> Iterator[tuple[int, str]]:

@@ -79,6 +79,9 @@ def is_stated(card: Card) -> bool:
     name = _squeezed(card.keyword)
     if _joins_surfaces(card):
         raise MeshError(f"{card.place}: *{card.keyword} with TIED cannot be followed: {_MERGE}")
+    changes = _changes_body(card)
+    if changes:
+        raise MeshError(f"{card.place}: *{card.keyword} cannot be followed: {changes}")
     if name in _SILENT_NAMES or name in _STATED_NAMES:
         return name in _STATED_NAMES
     if name in _MAKES_MESH:
@@ -88,6 +91,15 @@ def is_stated(card: Card) -> bool:
     else:
         reason = "it is not known, and may change the structure: must be left out of the file"
     raise MeshError(f"{card.place}: *{card.keyword} cannot be followed: {reason}")
+
+
+def _changes_body(card: Card) -> str:
+    """What a keyword does with some options that it does not do without, empty for nothing."""
+    if card.keyword == "INITIAL CONDITIONS" and card.options.get("TYPE", "").upper() == "STRESS":
+        return "it stresses the body"
+    if card.keyword == "SURFACE SECTION" and "DENSITY" in card.options:
+        return "its DENSITY adds mass"
+    return ""
 
 
 def _joins_surfaces(card: Card) -> bool:

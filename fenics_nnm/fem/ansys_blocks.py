@@ -15,6 +15,9 @@ from fenics_nnm.errors import Code, MeshError
 #: Commands that a block of lines of fixed columns follows.
 _BLOCKS = ("NBLOCK", "EBLOCK", "CMBLOCK", "ETBLOCK", "RLBLOCK", "CEBLOCK", "BFBLOCK", "SFEBLOCK")
 
+#: Commands that text follows.
+_TEXTS = ("/COM", "/TIT", "/STIT", "C***")
+
 #: Most members of a component.
 _MOST_MEMBERS = 100_000_000
 
@@ -111,12 +114,12 @@ def blocks(path: Path) -> Iterator[Block]:
     while at < len(lines):
         place, text = f"{path}, line {at + 1}", lines[at].partition("!")[0].strip()
         at += 1
-        if not text or text.upper().startswith("/COM"):
+        if not text or text.upper().startswith(_TEXTS):
             continue
-        words = [word.strip() for word in text.split(",")]
+        *_, words = commands = [_words(part) for part in text.split("$")]
         name = words[0].upper()
         if name not in _BLOCKS:
-            yield Block(name, words, place)
+            yield from (Block(each[0].upper(), each, place) for each in commands)
             continue
         form = lines[at].strip() if at < len(lines) else ""
         at += 1
@@ -129,6 +132,10 @@ def blocks(path: Path) -> Iterator[Block]:
             at += 1
         yield Block(name, words, place, form, [line for line in lines[start:at] if line.strip()])
         at += count is None
+
+
+def _words(command: str) -> list[str]:
+    return [word.strip() for word in command.split(",")]
 
 
 def _ends(line: str) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from fenics_nnm.arrays import Indices
 from fenics_nnm.errors import Code, MeshError
 from fenics_nnm.fem.ansys_blocks import Block, blocks, expanded
+from fenics_nnm.fem.ansys_commands import assert_followed, assert_plane
 from fenics_nnm.fem.cell_shapes import shape_of
 from fenics_nnm.fem.foreign_mesh import ForeignMesh
 
@@ -29,20 +30,6 @@ _NAMES = {
     **{184: "MPC184", 188: "BEAM188", 189: "BEAM189", 180: "LINK180", 190: "SOLSH190"},
     **{number: f"CONTA{number}" for number in (171, 172, 173, 174, 175, 176, 177, 178)},
     **{169: "TARGE169", 170: "TARGE170", 185: "SOLID185"},
-}
-
-#: Commands that join nodes, make or move a mesh, or read it from elsewhere.
-_REFUSED = {
-    "CE": "it joins nodes",
-    "CP": "it joins nodes",
-    "CERIG": "it makes nodes rigid",
-    "CEINTF": "it joins parts",
-    "CPINTF": "it joins parts",
-    "CPNGEN": "it joins nodes",
-    "CPLGEN": "it joins nodes",
-    "RBE3": "it joins nodes",
-    **dict.fromkeys(("EN", "E", "EGEN", "NGEN", "NMODIF", "EMODIF"), "must be NBLOCK and EBLOCK"),
-    **dict.fromkeys(("CDREAD", "/INPUT", "NREAD", "EREAD"), "must be one file"),
 }
 
 
@@ -66,6 +53,7 @@ def read_ansys(path: Path) -> ForeignMesh:
     model = _Model()
     current = 0
     for block in blocks(path):
+        assert_followed(block)
         if block.name == "TYPE" and len(block.words) > 1:
             current = block.whole(1)
         elif block.name == "ET" and len(block.words) > 2:
@@ -78,10 +66,7 @@ def read_ansys(path: Path) -> ForeignMesh:
             _take_elements(model, block, current)
         elif block.name == "CMBLOCK":
             _take_component(model, block)
-        elif block.name in _REFUSED:
-            raise MeshError(
-                f"{block.place}: {block.name} cannot be followed: {_REFUSED[block.name]}"
-            )
+        assert_plane(block, model.types)
     if not model.elements:
         raise MeshError(
             f"mesh file {path}: holds no EBLOCK with solid elements of Ansys", code=Code.MESH_FILE

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fenics_nnm.arrays import Indices
+from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.cell_shapes import FacetTable, facet_table, shape_of
 from fenics_nnm.fem.foreign_mesh import KINDS, ForeignMesh
@@ -34,6 +34,7 @@ def one_body(name: str, foreign: ForeignMesh) -> ForeignMesh:
     """
     if not foreign.cells:
         raise MeshError(f"{name}: holds no cells")
+    _assert_finite(name, foreign.points)
     dim = max(KINDS[kind][0] for kind in foreign.cells)
     if dim == 0:
         return foreign
@@ -49,6 +50,14 @@ def one_body(name: str, foreign: ForeignMesh) -> ForeignMesh:
     found = split(name, foreign.points, cells, numbers)
     _assert_whole(name, table, found, numbers)
     return _carried_over(foreign, dim, table, found)
+
+
+def _assert_finite(name: str, points: Array) -> None:
+    """Refuse coordinates that are no numbers."""
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        place = ", ".join(f"{x:g}" for x in points[bad[0]])
+        raise MeshError(f"{name}: node {bad[0] + 1} of it lies at ({place}): must be finite")
 
 
 def _without_stray_sides(foreign: ForeignMesh, table: FacetTable) -> ForeignMesh:

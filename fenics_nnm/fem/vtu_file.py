@@ -28,10 +28,15 @@ _TYPES = {
     **{"Float32": "f4", "Float64": "f8"},
 }
 
-_DECOMPRESSORS: dict[str, Callable[[bytes], bytes]] = {
-    "vtkZLibDataCompressor": zlib.decompress,
-    "vtkLZMADataCompressor": lzma.decompress,
+_DECOMPRESSORS: dict[str, Callable[[], Any]] = {
+    "vtkZLibDataCompressor": zlib.decompressobj,
+    "vtkLZMADataCompressor": lzma.LZMADecompressor,
 }
+
+_COUNTS = ("NumberOfPoints", "NumberOfCells")
+
+#: Most bytes of an array for each point or cell: 27 nodes of 8 bytes.
+_MOST_BYTES = 27 * 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +50,7 @@ class _Coding:
         appended: Bytes after the underscore of the appended data.
         raw: Whether these are the arrays themselves, not base64.
         offsets: Where arrays begin in them, ascending.
+        most: Most bytes of a packed array: what points and cells can have.
     """
 
     order: str
@@ -53,6 +59,7 @@ class _Coding:
     appended: bytes
     raw: bool
     offsets: tuple[int, ...]
+    most: int
 
 
 def read_vtu(path: Path) -> ForeignMesh:
@@ -114,11 +121,19 @@ def _opened(path: Path) -> tuple[ElementTree.Element, _Coding]:
         appended,
         b"raw" in attributes,
         tuple(offsets),
+        _MOST_BYTES * sum(_count(piece, name) for piece in root.iter("Piece") for name in _COUNTS),
     )
+
+
+def _count(piece: ElementTree.Element, name: str) -> int:
+    return int(piece.get(name) or 0)
 
 
 def _piece(piece: ElementTree.Element, coding: _Coding) -> Grid:
     cells = {array.get("Name"): _values(array, coding) for array in _arrays(piece, "Cells")}
+    missing = [name for name in ("connectivity", "offsets", "types") if name not in cells]
+    if missing:
+        raise ValueError(f"its cells have no {missing[0]}")
     (points,) = (_values(array, coding) for array in _arrays(piece, "Points"))
     data = {
         str(array.get("Name")): _values(array, coding)
@@ -176,8 +191,21 @@ def _uncompressed(data: bytes, coding: _Coding) -> bytes:
         return values
     if coding.compressor not in _DECOMPRESSORS:
         raise ValueError(f"is compressed by {coding.compressor}: write it with zlib")
-    (blocks,) = np.frombuffer(data, header, count=1)
-    counts = np.frombuffer(data, header, count=3 + int(blocks))[3:].astype(np.int64)
-    ends = np.cumsum([header.itemsize * (3 + int(blocks)), *counts])
+    blocks, size = map(int, np.frombuffer(data, header, count=2))
+    if blocks * size > coding.most + size:
+        raise ValueError(f"unpacks {blocks * size} bytes: its points and cells have fewer")
+    counts = np.frombuffer(data, header, count=3 + blocks)[3:].astype(np.int64)
+    ends = np.cumsum([header.itemsize * (3 + blocks), *counts])
     unpack = _DECOMPRESSORS[coding.compressor]
-    return b"".join(unpack(data[start:end]) for start, end in pairwise(ends))
+    return b"".join(
+        _unpacked(unpack(), data[start:end], min(size, coding.most))
+        for start, end in pairwise(ends)
+    )
+
+
+def _unpacked(unpack: Any, data: bytes, most: int) -> bytes:
+    """A block, which may be packed far smaller than it is."""
+    found: bytes = unpack.decompress(data, most + 1)
+    if len(found) > most or not unpack.eof:
+        raise ValueError("has a block that does not unpack to the bytes that it says")
+    return found

@@ -12,6 +12,7 @@ from scipy.integrate import IntegrationWarning, quad
 from scipy.sparse import SparseEfficiencyWarning
 from scipy.sparse.linalg import MatrixRankWarning
 
+from fenics_nnm.commands.shared import complain
 from fenics_nnm.commands.warnings_shown import of_numbers, show_by_line
 
 
@@ -41,3 +42,8 @@ def test_what_is_said_to_programmers_is_not_shown(caplog: Any) -> None:
 def test_kinds_of_warnings() -> None:
     assert all(map(of_numbers, (RuntimeWarning, MatrixRankWarning, IntegrationWarning)))
     assert not any(map(of_numbers, (UserWarning, FutureWarning, SparseEfficiencyWarning)))
+
+
+def test_lines_show_what_would_move_the_cursor_as_escapes(capsys: Any) -> None:
+    complain("a\u202eb\x1b[2J\udc80\u00e9\n")
+    assert capsys.readouterr().err == "fenics-nnm: a\\u202eb\\x1b[2J\\udc80\u00e9\\n\n"

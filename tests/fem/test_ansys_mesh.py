@@ -143,6 +143,11 @@ REFUSED = [
     (SURFACE.replace("154", "174") + f"\n{-1:9d}", "element 90, CONTA174 with 4 nodes"),
     (SURFACE.replace("154", "21") + f"\n{-1:9d}", "element 90, MASS21 with 4 nodes"),
     ("/INPUT,other,inp", "must be one file"),
+    ("NUMM,NODE", "NUMM cannot be followed: it merges nodes"),
+    ("FINISH $ CYCLIC", "CYCLIC cannot be followed: it joins the two sides"),
+    ("N,R5.3,LOC,-1,\nNDELE,3", "NDELE cannot be followed: must be left out"),
+    ("ET,5,182\nKEYOP,5,3,1", "KEYOP cannot be followed: elements of type 5 are axisymmetric"),
+    ("ET,5,PLANE183,,,5", "ET cannot be followed: elements of type 5 are of generalised plane"),
 ]
 
 

@@ -186,6 +186,13 @@ def test_equations_of_nodes_at_one_place_are_the_merged_mesh(tmp_path: Path) -> 
     np.testing.assert_allclose(found, quadratic, rtol=1e-10)
 
 
+def test_equations_in_a_file_of_their_own_are_read(tmp_path: Path) -> None:
+    equation = "2\n1, 2, 1., 9, 2, -1.\n"
+    (tmp_path / "eq.txt").write_text(f"** of nodes 1 and 9\n{equation}")
+    tagged = read_here(tmp_path / "a.inp", inp("*EQUATION, INPUT=eq.txt"))
+    assert "*EQUATION: 1 equations between displacements" in tagged.notes
+
+
 def test_equations_on_faces_with_values_of_their_own_are_refused(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match=r"\*EQUATION cannot be followed: equations join whole"):
         two_halves(mixed_equations(), 2, tmp_path)
@@ -256,6 +263,8 @@ REFUSED = [
     ("*EQUATION\n1\n1, 1, 0.", "all its coefficients are zero"),
     ("*EQUATION\n1000000000\n1, 1, 1.", r"\*EQUATION: 1000000000 terms"),
     ("*EQUATION\n2\n1, 1, 1., 777, 1, -1.", "there is no node 777"),
+    ("*EQUATION, INPUT=gone.txt", r"gone.txt: cannot be read"),
+    ("*EQUATION, INPUT=a.inp", r"a.inp, line 1: \*NODE.*: must be data alone"),
     ("*EQUATION\n2\n1, 1, 1., 2, 1, inf", "its coefficients must be finite"),
     ("*ELEMENT, TYPE=MASS, ELSET=m\n90, 9\n*MASS, ELSET=m\n-1.", "must not be negative"),
     ("*MASS, ELSET=Eall\n1.", "element 1 must be one of one node"),

@@ -116,6 +116,20 @@ def test_ways_of_xml(way: tuple[str, str, str, str], tmp_path: Path) -> None:
     assert_beam(read_mesh(path, "m", MPI.COMM_SELF), 3)
 
 
+def test_a_block_that_unpacks_to_more_than_it_says_is_refused(tmp_path: Path) -> None:
+    """10 MB of zeros, packed to 10 kB, in place of the 3 ghost flags."""
+    honest = vtu("raw", "<", "UInt32", "vtkZLibDataCompressor")
+    start = int(honest.partition(b'Name="vtkGhostType"')[2].split(b'offset="')[1].split(b'"')[0])
+    bomb = zlib.compress(bytes(10_000_000))
+    head, tag, data = honest.partition(b"\n_")
+    for size, words in ((4, "does not unpack to the bytes"), (2**31, "does not unpack")):
+        path = tmp_path / "a.vtu"
+        counts = struct.pack("<4I", 1, size, 0, len(bomb))
+        path.write_bytes(head + tag + data[:start] + counts + bomb + b"\n</AppendedData></VTKFile>")
+        with pytest.raises(MeshError, match=words):
+            read_mesh(path, "m", MPI.COMM_SELF)
+
+
 def legacy(version: str, *, binary: bool) -> bytes:
     """A legacy file with text, 64 bits, METADATA and a table of colours."""
 

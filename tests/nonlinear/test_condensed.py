@@ -16,7 +16,7 @@ from fenics_nnm.nonlinear import equations as module
 from fenics_nnm.nonlinear import newton
 from fenics_nnm.nonlinear.border import Border
 from fenics_nnm.nonlinear.condensed import condensed_solution, pays
-from fenics_nnm.nonlinear.conditions import FixedEnergy
+from fenics_nnm.nonlinear.conditions import FixedEnergy, FixedFrequency
 from fenics_nnm.nonlinear.equations import HarmonicEquations, harmonic_equations
 from fenics_nnm.nonlinear.newton import Newton
 from fenics_nnm.nonlinear.unknowns import Unknowns
@@ -141,3 +141,16 @@ def test_iterations_that_do_not_converge_tell_so_when_condensed() -> None:
     assert not found.converged
     assert "1 Newton step" in found.failure
     assert replace(found, failure="").converged
+
+
+def test_a_leap_that_leads_far_astray_ends_an_iteration() -> None:
+    """With a bound that none keeps it is as without leaps; with a wide one as without a bound."""
+    equations = equations_of(CosineSeries(10, 64), 1)
+    guess = Unknowns.of(motion_of(equations, 1, 1.1), 1.1)
+
+    def found(**options: float) -> tuple[int, str]:
+        tried = newton.solve(equations, FixedFrequency(1.1), guess, options=Newton(**options))
+        return tried.iterations, tried.failure
+
+    assert found(wildest_leap=1e-3) == found(leaps=0) == (7, found(leaps=0)[1])
+    assert found(wildest_leap=1e9) == found() and found()[0] > 20

@@ -95,6 +95,7 @@ def in_choice(
     linear: Bendable,
     reached: Reached,
     solver: ModalSolver,
+    stages: Stages,
 ) -> Reduction:
     """The model of a choice, with all masters; to be called on all ranks.
 
@@ -105,14 +106,27 @@ def in_choice(
         linear: The body with linear kinematics.
         reached: Largest energy of the branch.
         solver: Solver of its stiffness.
+        stages: Timings and progress.
 
     Raises:
         ModelError: if a master is no mode of the model.
     """
     if not choice.second_order:
         return replace(bending.straight, choice=choice)
+    with stages.stage("second order"):
+        return _with_masters(study, bending, choice, linear, reached(study, linear), solver)
+
+
+def _with_masters(
+    study: MeshStudy,
+    bending: Bending,
+    choice: KinematicsChoice,
+    linear: Bendable,
+    largest_ratio: float,
+    solver: ModalSolver,
+) -> Reduction:
     if study.body.masters is None:
-        found = chosen_masters(linear, bending, reached(study, linear), solver)
+        found = chosen_masters(linear, bending, largest_ratio, solver)
         reason = f"{choice.reason}; {found.reason}"
         return replace(found.reduction, choice=replace(choice, reason=reason))
     masters, given = _masters(study.body.masters, bending.straight), bending.bent

@@ -369,8 +369,7 @@ def _reduced_at(
     straight = MeshLinear(solid, interface, modes, reduction, assembled.sites, choices, either)
     bending = bending_of(study, straight, solver, stages)
     choice = chosen_kind(study, bending, straight, assembled.reached)
-    with stages.stage("second order"):
-        found = in_choice(study, bending, choice, straight, assembled.reached, solver)
+    found = in_choice(study, bending, choice, straight, assembled.reached, solver, stages)
     return replace(straight, reduction=found, bending=bending)
 
 

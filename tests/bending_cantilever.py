@@ -153,7 +153,8 @@ class Cantilever:
         truncation = massless_truncation(residual, operators)
         model = ReducedModel(omega, rows, R, np.array([GAP]))
         linear = Reduction(model, shapes, residual, truncation)
-        return with_second_order(linear, masters, operators, flat(self.second, self.third))
+        deflection = flat(self.second, self.third, operators)
+        return with_second_order(linear, masters, operators, deflection)
 
 
 def _sym(H: Array) -> Array:

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.second_order import symmetrised
-from fenics_nnm.reduction.modal_derivatives import Deflection, with_second_order
+from fenics_nnm.reduction.modal_derivatives import (
+    Deflection,
+    by_triples,
+    pairwise,
+    with_second_order,
+)
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 
@@ -68,12 +74,20 @@ class BentBody:
         residual = static - (shapes / self.omega[:modes] ** 2) @ Phi.T
         model = ReducedModel(self.omega[:modes], Phi, self.B @ residual, np.ones(len(self.B)))
         linear = Reduction(model, shapes, residual, None)
-        return with_second_order(linear, masters, operators, flat(self.second, self.third))
+        return with_second_order(
+            linear, masters, operators, flat(self.second, self.third, operators)
+        )
 
 
-def flat(second: Callable[[Array, Array], Array], third: Callable[..., Array]) -> Deflection:
+def flat(
+    second: Callable[[Array, Array], Array], third: Callable[..., Array], operators: Operators
+) -> Deflection:
     """Derivatives of a force, with obstacles that are not curved."""
-    return Deflection(second, third, lambda shapes: np.zeros((1, shapes.shape[1], shapes.shape[1])))
+    return Deflection(
+        partial(pairwise, second),
+        partial(by_triples, third, operators.inner),
+        lambda shapes: np.zeros((1, *2 * shapes.shape[1:])),
+    )
 
 
 def dense_operators(K: Array, M: Array, B: Array) -> Operators:

@@ -2,18 +2,77 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_vector
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.loaded_form import large_deflection, pressing
+from fenics_nnm.fem.point_deflection import PointDeflection
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.reduction.modal_derivatives import by_triples, pairwise
+from fenics_nnm.reduction.operators import Product
+
+#: Values of so many sets of masters are kept: those of the followed mode alone, and of all.
+_KEPT = 2
 
 
-class BodyDeflection:
+class BodyForces:
+    """Derivatives of the internal force of a body along masters, remembered for the latest ones."""
+
+    def __init__(self, solid: Solid) -> None:
+        """Prepare for a body about its static state, or unloaded."""
+        self._solid = solid
+        comm = solid.tagged.mesh.comm
+        self._second, self._third = _Latest(self._pairs, comm), _Latest(self._all, comm)
+
+    def second(self, phi: Array) -> Array:
+        """f''[phi_i, phi_j] in N of shapes (n_owned, k) by their pairs; on all ranks."""
+        return self._second(phi)
+
+    def third(self, phi: Array) -> Array:
+        """phi_i . f'''[phi_j, phi_k, phi_l], shape (k, k, k, k); on all ranks."""
+        return self._third(phi)
+
+    @cached_property
+    def _forms(self) -> FormDeflection:
+        return FormDeflection(self._solid)
+
+    def _pairs(self, phi: Array) -> Array:
+        return pairwise(self._forms.second, phi)
+
+    def _all(self, phi: Array) -> Array:
+        if any(material.turns for material, _ in self._solid.regions.parts):
+            return by_triples(self._forms.third, self._inner, phi)
+        # of n dA of a deformed surface, which is quadratic in grad u, it is zero
+        return PointDeflection(self._solid).third(phi)
+
+    def _inner(self, one: Array, other: Array) -> Array:
+        return np.asarray(self._solid.tagged.mesh.comm.allreduce(one.T @ other))
+
+
+class _Latest:
+    """A function of shapes whose latest values are kept."""
+
+    def __init__(self, function: Product, comm: MPI.Comm) -> None:
+        self._function, self._comm = function, comm
+        self._kept: list[tuple[Array, Array]] = []
+
+    def __call__(self, phi: Array) -> Array:
+        """Its value; to be called on all ranks."""
+        for shapes, value in self._kept:
+            if self._comm.allreduce(np.array_equal(shapes, phi), op=MPI.LAND):
+                return value
+        self._kept = [(phi.copy(), self._function(phi)), *self._kept[: _KEPT - 1]]
+        return self._kept[0][1]
+
+
+class FormDeflection:
     """f''(u_s)[a, b] and f'''(u_s)[a, b, c] of a body, by derivatives of its residual's form."""
 
     def __init__(self, solid: Solid) -> None:
@@ -26,10 +85,13 @@ class BodyDeflection:
             if pressure.follower:
                 form += pressing(solid, pressure, u, v, whole)
         self._along = tuple(fem.Function(solid.space) for _ in range(3))
-        a, b, c = self._along
-        second = ufl.derivative(ufl.derivative(form, u, a), u, b)
-        self._second = fem.form(second)
-        self._third = fem.form(ufl.derivative(second, u, c))
+        a, b, _ = self._along
+        self._u, self._curved = u, ufl.derivative(ufl.derivative(form, u, a), u, b)
+        self._second = fem.form(self._curved)
+
+    @cached_property
+    def _third(self) -> fem.Form:
+        return fem.form(ufl.derivative(self._curved, self._u, self._along[2]))
 
     def second(self, a: Array, b: Array) -> Array:
         """f''[a, b] in N of displacements at the owned degrees of freedom; on all ranks."""

@@ -148,7 +148,13 @@ def _facets(solid: Solid, pressure: Pressure) -> ufl.Measure:
 
 
 def _integral(solid: Solid, integrand: Callable[[Material], Expr]) -> Expr:
-    """Integral over all materials, with points for terms of the fourth degree in grad u.
+    """Integral over all materials, with points for large deflection."""
+    points = points_of_large_deflection(solid)
+    return solid.regions.integral(integrand, solid.body.degree, points)
+
+
+def points_of_large_deflection(solid: Solid) -> int:
+    """Degree of the quadrature for terms of the fourth degree in grad u.
 
     On simplices with straight edges these are polynomials of degree 4 (p - 1). On other cells they
     are none, and a rule that is exact for two degrees more than mass and stiffness need is taken.
@@ -157,5 +163,4 @@ def _integral(solid: Solid, integrand: Callable[[Material], Expr]) -> Expr:
     mesh = solid.tagged.mesh
     straight = mesh.topology.cell_name() in _SIMPLICES and coordinate_element(mesh).degree == 1
     turns = any(material.turns for material, _ in solid.regions.parts)
-    points = 4 * (degree - 1) if straight and not turns else 2 * degree + 2
-    return solid.regions.integral(integrand, degree, points)
+    return 4 * (degree - 1) if straight and not turns else 2 * degree + 2

@@ -31,7 +31,7 @@ Expr = Any
 """An expression of UFL."""
 
 #: Places of the components that each dimension has.
-_PLACES = {1: PLACES[:1], 2: tuple(PLACES[i] for i in IN_PLANE), 3: PLACES}
+STRAINS_OF = {1: PLACES[:1], 2: tuple(PLACES[i] for i in IN_PLANE), 3: PLACES}
 
 
 class _Stress(NamedTuple):
@@ -61,6 +61,18 @@ def stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Exp
 def stress_of_strain(epsilon: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
     """The same of a strain tensor (dim, dim), be it the small one or that of Green and Lagrange."""
     return _stress_of(epsilon, material, theory, mesh).plane
+
+
+def constant_law(material: Material, theory: Theory) -> Array:
+    """Stress by strain of a material that does not turn, with engineering shear strains.
+
+    Components are those of `STRAINS_OF`; in Pa, shape (m, m).
+
+    Raises:
+        ModelError: if the material's orientation does not go with the theory.
+    """
+    law, axes = material.law, material.orientation if material.law.directional else XYZ
+    return _reduced(_FIXED_AXES_OF[type(axes)](law.stiffness, axes), theory)
 
 
 def thermal_stress(material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
@@ -166,7 +178,7 @@ def _in_cylindrical_axes(
 
 def _linear(epsilon: Expr, stiffness: Array, theory: Theory, mesh: dmesh.Mesh) -> _Stress:
     """The stress of a strain by a matrix of shape (6, 6), both in the same axes."""
-    places = _PLACES[epsilon.ufl_shape[0]]
+    places = STRAINS_OF[epsilon.ufl_shape[0]]
     strains = ufl.as_vector([(1 if i == j else 2) * epsilon[i, j] for i, j in places])
     sigma = _symmetric(
         fem.Constant(mesh, np.ascontiguousarray(_reduced(stiffness, theory))) * strains, places
@@ -246,7 +258,7 @@ def _thermal_in_cylindrical_axes(
 def _suppressing(stiffness: Array, expansion: Array, theory: Theory, mesh: dmesh.Mesh) -> _Stress:
     """Stress of a constant strain (3, 3) that a theory allows, both in the same axes."""
     strains = np.array([(1 if i == j else 2) * expansion[i, j] for i, j in PLACES])
-    places = _PLACES[mesh.geometry.dim]
+    places = STRAINS_OF[mesh.geometry.dim]
     kept = [PLACES.index(place) for place in places]
     along = None
     if theory in ("rod", "plane-stress"):
@@ -267,6 +279,11 @@ _STRESS_OF: Mapping[type, Callable[..., _Stress]] = {
 _IN_AXES_OF: Mapping[type, Callable[..., _Stress]] = {
     Axes: _in_fixed_axes,
     Cylindrical: _in_cylindrical_axes,
+}
+
+#: The stiffness in global axes by the orientation of axes that do not turn.
+_FIXED_AXES_OF: Mapping[type, Callable[..., Array]] = {
+    Axes: lambda stiffness, axes: rotated(stiffness, axes.matrix),
 }
 
 #: Thermal stress by the orientation of the axes.

@@ -28,7 +28,7 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.mechanics.second_order import SecondOrder, symmetrised
 from fenics_nnm.mechanics.second_order_effect import ASKED
-from fenics_nnm.reduction.operators import Operators
+from fenics_nnm.reduction.operators import Operators, Product
 from fenics_nnm.reduction.reduction import Reduction
 
 #: Derivatives may lack symmetry by this part of what their entries are products of.
@@ -40,14 +40,15 @@ class Deflection:
     """What large deflection adds to the internal force f of a structure at its state of rest.
 
     Attributes:
-        second: f''[a, b] in N of two displacements in m, each at the n degrees of freedom.
-        third: f'''[a, b, c] of three.
+        second: f''[phi_i, phi_j] in N of columns phi in m at the n degrees of freedom, shape
+            (n, k), by their pairs, shape (n, k (k + 1) / 2).
+        third: phi_i . f'''[phi_j, phi_k, phi_l] of the same, shape (k, k, k, k).
         obstacle: How much the curvature of obstacles closes contact points: from displacements
             (n, k) to second derivatives of the closing, in 1/m times these, shape (n_c, k, k).
     """
 
-    second: Callable[[Array, Array], Array]
-    third: Callable[[Array, Array, Array], Array]
+    second: Product
+    third: Callable[[Array], Array]
     obstacle: Callable[[Array], Array]
 
 
@@ -94,15 +95,14 @@ def modal_derivatives(
     """
     shapes, pairs = reduction.shapes, Pairs.of(len(masters))
     phi, place = shapes[:, masters], pairs.place
-    columns = zip(pairs.first, pairs.second, strict=True)
-    forces = np.column_stack([deflection.second(phi[:, i], phi[:, j]) for i, j in columns])
+    forces = deflection.second(phi)
     theta = -operators.static(forces)
     theta -= shapes @ operators.inner(operators.mass(shapes), theta)
     alpha = operators.inner(shapes, forces)[:, place] / 2
-    size = _norm(operators, phi) * _norm(operators, forces)
+    size = _norm(operators.inner, phi) * _norm(operators.inner, forces)
     alpha[masters] = _of_potential("second", alpha[masters], size)
     both = place[:, :, None, None], place
-    cubic = _third(phi, operators, deflection)
+    cubic = deflection.third(phi)
     order = SecondOrder(
         masters=masters,
         Theta=operators.contact(theta)[:, place] + deflection.obstacle(phi),
@@ -113,14 +113,39 @@ def modal_derivatives(
     return ModalDerivatives(order, theta)
 
 
-def _third(phi: Array, operators: Operators, deflection: Deflection) -> Array:
-    """phi_i . f'''[phi_j, phi_k, phi_l], shape (k, k, k, k)."""
+def pairwise(second: Callable[[Array, Array], Array], phi: Array) -> Array:
+    """f''[phi_i, phi_j] of columns (n, k) by their pairs, from f''[a, b] of two, see `Deflection`.
+
+    Args:
+        second: From two displacements in m, each at the n degrees of freedom, to f''[a, b] in N.
+        phi: Columns.
+    """
+    pairs = Pairs.of(phi.shape[1])
+    columns = zip(pairs.first, pairs.second, strict=True)
+    return np.column_stack([second(phi[:, i], phi[:, j]) for i, j in columns])
+
+
+def by_triples(
+    third: Callable[[Array, Array, Array], Array],
+    inner: Callable[[Array, Array], Array],
+    phi: Array,
+) -> Array:
+    """phi_i . f'''[phi_j, phi_k, phi_l], from f'''[a, b, c] of three, see `Deflection`.
+
+    Args:
+        third: From three displacements in m, each at the n degrees of freedom, to f''' in N.
+        inner: As of `Operators`.
+        phi: Columns, shape (n, k).
+
+    Raises:
+        ModelError: if it lacks a symmetry: the internal force has no potential.
+    """
     count, size = phi.shape[1], 0.0
     whole = np.empty((count,) * 4)
     for triple in combinations_with_replacement(range(count), 3):
-        force = deflection.third(*(phi[:, i] for i in triple))[:, None]
-        row = operators.inner(phi, force)[:, 0]
-        size = max(size, _norm(operators, phi) * _norm(operators, force))
+        force = third(*(phi[:, i] for i in triple))[:, None]
+        row = inner(phi, force)[:, 0]
+        size = max(size, _norm(inner, phi) * _norm(inner, force))
         for a, b, c in permutations(triple):
             whole[:, a, b, c] = row
     return _of_potential("third", whole, size)
@@ -147,6 +172,6 @@ def _of_potential(name: str, tensor: Array, size: float) -> Array:
     return found
 
 
-def _norm(operators: Operators, columns: Array) -> float:
+def _norm(inner: Callable[[Array, Array], Array], columns: Array) -> float:
     """Norm of all columns, over all ranks."""
-    return float(np.sqrt(np.trace(operators.inner(columns, columns))))
+    return float(np.sqrt(np.trace(inner(columns, columns))))

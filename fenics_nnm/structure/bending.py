@@ -9,7 +9,7 @@ from typing import Protocol
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.contact_sites import ContactSites
-from fenics_nnm.fem.deflection import BodyDeflection
+from fenics_nnm.fem.deflection import BodyForces
 from fenics_nnm.fem.linear import operators_of
 from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.obstacle_curvature import obstacle_closing
@@ -40,6 +40,10 @@ class Bendable(Protocol):
     @property
     def choices(self) -> Choices:
         """Which of them are contact points."""
+
+    @property
+    def forces(self) -> BodyForces:
+        """Derivatives of its internal force."""
 
     @property
     def reduction(self) -> Reduction:
@@ -121,7 +125,7 @@ def of_mode_alone(reduction: Reduction, mode: int) -> Reduction:
 
 def deflection_of(body: Bendable) -> Deflection:
     """What large deflection adds to the internal force of a body, and its curved obstacles."""
-    forces = BodyDeflection(body.solid)
+    forces = body.forces
     return Deflection(forces.second, forces.third, partial(_obstacle, body))
 
 

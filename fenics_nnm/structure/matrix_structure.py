@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,12 @@ from fenics_nnm.reduction.matrix_analysis import (
 )
 from fenics_nnm.reduction.matrix_modes import MatrixSolver
 from fenics_nnm.reduction.matrix_terms import Entries, MatrixTerms
-from fenics_nnm.reduction.modal_derivatives import Deflection, with_second_order
+from fenics_nnm.reduction.modal_derivatives import (
+    Deflection,
+    by_triples,
+    pairwise,
+    with_second_order,
+)
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
@@ -123,7 +129,11 @@ class MatrixStructure:
         masters = np.array(study.matrices.masters or (study.mode.number,)) - 1
 
         def bent(reduction: Reduction, operators: Operators) -> Reduction:
-            deflection = Deflection(terms.second, terms.third, terms.curvature)
+            deflection = Deflection(
+                partial(pairwise, terms.second),
+                partial(by_triples, terms.third, operators.inner),
+                terms.curvature,
+            )
             return with_second_order(reduction, masters, operators, deflection)
 
         return bent

@@ -15,6 +15,7 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.blocks import KEPT_MESH, Data
 from fenics_nnm.fem.contact import ContactInterface, interface_at
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
+from fenics_nnm.fem.deflection import BodyForces
 from fenics_nnm.fem.driven import Others, driven
 from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -186,11 +187,13 @@ class MeshLinear(LinearAnalysis):
         sites: Vertices of the contact patches.
         choices: Which of them are contact points.
         bending: Reduced models with one kind of kinematics and the other.
+        forces: Derivatives of the internal force of the body.
     """
 
     sites: ContactSites
     choices: Choices
     bending: Bending
+    forces: BodyForces
 
     @property
     def body(self) -> LinearAnalysis:
@@ -344,11 +347,14 @@ def _reduced(
     with stages.stage("modes"):
         modes = solver.modes(count).unique(sites.displacement)
         choices = chosen_by_mode(even, sites, modes, mode)
-    return _settled(partial(_reduced_at, assembled, solver, modes, count, stages), choices, mode)
+    forces = BodyForces(assembled.solid)
+    reduced = partial(_reduced_at, assembled, forces, solver, modes, count, stages)
+    return _settled(reduced, choices, mode)
 
 
 def _reduced_at(
     assembled: Assembled,
+    forces: BodyForces,
     solver: ModalSolver,
     modes: LinearModes,
     count: int,
@@ -363,10 +369,12 @@ def _reduced_at(
             _tell_expectation(study, solid, interface, solver, stages)
             reduction = massless_reduced(solid, interface, modes, solver, stages.report)
         else:
-            forces = _interface_forces(study, solid, interface)
-            reduction = craig_bampton_reduced(solid, interface, forces, count, solver)
+            units = _interface_forces(study, solid, interface)
+            reduction = craig_bampton_reduced(solid, interface, units, count, solver)
     either = Bending(reduction, reduction, assembled.mode)
-    straight = MeshLinear(solid, interface, modes, reduction, assembled.sites, choices, either)
+    straight = MeshLinear(
+        solid, interface, modes, reduction, assembled.sites, choices, either, forces
+    )
     bending = bending_of(study, straight, solver, stages)
     choice = chosen_kind(study, bending, straight, assembled.reached)
     found = in_choice(study, bending, choice, straight, assembled.reached, solver, stages)

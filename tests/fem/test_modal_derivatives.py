@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import BEAM, PLATE, changed
+from conftest import BEAM, PLATE, ROD, changed
 from mpi4py import MPI
 
-from fenics_nnm.fem.deflection import BodyDeflection
+from fenics_nnm.fem.deflection import BodyForces, FormDeflection
 from fenics_nnm.fem.linear import operators_of
 from fenics_nnm.fem.loaded_residual import LoadedResidual
 from fenics_nnm.fem.loads import Loads
 from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.obstacle_curvature import obstacle_closing
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.reduction.modal_derivatives import ModalDerivatives, modal_derivatives
+from fenics_nnm.reduction.modal_derivatives import ModalDerivatives, by_triples, modal_derivatives
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.bending import deflection_of
 from fenics_nnm.structure.mesh_structure import MeshLinear, MeshStructure
@@ -33,6 +33,22 @@ SLENDER: dict[str, Any] = changed(
         "reduction": {"modes": 3},
     },
 )
+
+
+#: Material axes that are not those of the body.
+AXES = {"axes": [[0.0, 1.0, 0.0], [0.6, 0.0, 0.8]]}
+
+
+def layered(orientation: dict[str, Any]) -> dict[str, Any]:
+    """A material with three moduli, along axes."""
+    material = {
+        "young": [126e9, 11e9, 9e9],
+        "poisson": [0.28, 0.40, 0.28],
+        "shear": [6.6e9, 3.9e9, 6.6e9],
+        "density": 1600.0,
+        "orientation": orientation,
+    }
+    return {"=": material}
 
 
 def solid_of(base: dict[str, Any], **changes: Any) -> Solid:
@@ -69,13 +85,33 @@ def test_derivatives_of_the_internal_force(changes: dict[str, Any]) -> None:
         return np.array(left.array)
 
     # K_T is quadratic in u, so that differences of any step are exact but for round-off
-    deflection = BodyDeflection(solid)
+    deflection = FormDeflection(solid)
     second = (stiff(0.1) - stiff(-0.1)) / 0.2
     size = np.abs(second).max()
     assert deflection.second(a, b) == pytest.approx(second, abs=1e-9 * size)
     third = (stiff(0.1) - 2 * stiff(0.0) + stiff(-0.1)) / 0.01
     assert deflection.third(a, a, b) == pytest.approx(third, abs=1e-8 * np.abs(third).max())
     assert deflection.third(a, b, c) == pytest.approx(deflection.third(c, a, b), rel=1e-9, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("base", "changes"),
+    [
+        (BEAM, {"material": layered(AXES), "rotation": {"axis": [0.0, 1.0, 1.0], "speed": 900.0}}),
+        (BEAM, {"material": layered({"cylindrical": "x", "origin": [0.0, 0.0, -1.0]})}),
+        (PLATE, {"body": {"theory": "plane-strain"}}),
+        (ROD, {}),
+    ],
+)
+def test_third_derivatives_along_masters(base: dict[str, Any], changes: dict[str, Any]) -> None:
+    """From gradients at points they are those of the residual's form, for all theories."""
+    solid = solid_of(base, **changes)
+    phi = np.random.default_rng(6).normal(size=(solid.owned, 3))
+    phi[solid.clamped] = 0.0
+    form = FormDeflection(solid)
+    wanted = by_triples(form.third, lambda a, b: a.T @ b, phi)
+    found = BodyForces(solid).third(phi)
+    assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max())
 
 
 def test_a_bending_cantilever_draws_its_tip_in() -> None:

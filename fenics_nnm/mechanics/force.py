@@ -16,6 +16,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.master_tangent import MasterTangent
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +75,13 @@ class Force(Protocol):
 
     def energy_at(self, q: Array, velocity: Array) -> float:
         """The energy that it stores at a state."""
+
+
+class MasterForce(Force, Protocol):
+    """A force that masters make, or that acts on them."""
+
+    def master_tangent(self, motion: SampledMotion) -> MasterTangent:
+        """Derivative of the harmonics, by its columns and rows of masters."""
 
 
 class AddedForce(Force, Protocol):

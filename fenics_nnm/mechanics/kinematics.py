@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.closing import LINEAR_CLOSING, Closing
-from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.force import MasterForce
 from fenics_nnm.mechanics.inertia import CONSTANT, Inertia
 
 
@@ -37,7 +37,7 @@ class Kinematics(Protocol):
         """How contact points close beyond Phi q."""
 
     @property
-    def forces(self) -> tuple[Force, ...]:
+    def forces(self) -> tuple[MasterForce, ...]:
         """Forces on the coordinates."""
 
     @property
@@ -88,7 +88,7 @@ class LinearKinematics:
         return LINEAR_CLOSING
 
     @property
-    def forces(self) -> tuple[Force, ...]:
+    def forces(self) -> tuple[MasterForce, ...]:
         """None."""
         return ()
 

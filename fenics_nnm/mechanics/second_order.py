@@ -36,7 +36,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.closing import Closing, QuadraticClosing
-from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.force import MasterForce
 from fenics_nnm.mechanics.inertia import Inertia, QuadraticInertia
 from fenics_nnm.mechanics.kinematics import ModalShapes
 from fenics_nnm.mechanics.second_order_forces import InertialForce, PolynomialStiffness
@@ -99,7 +99,7 @@ class SecondOrder:
         return QuadraticClosing(self.masters, self.Theta)
 
     @property
-    def forces(self) -> tuple[Force, ...]:
+    def forces(self) -> tuple[MasterForce, ...]:
         """Polynomial stiffness, and inertia of the second-order displacement."""
         stiffness = PolynomialStiffness(self.masters, self.alpha, self.beta)
         return stiffness, InertialForce(self.masters, self.D)

@@ -13,6 +13,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.force import SampledMotion
+from fenics_nnm.mechanics.master_tangent import MasterTangent
 from fenics_nnm.mechanics.sampled_tangent import sampled_tangent
 
 
@@ -43,16 +44,18 @@ class PolynomialStiffness:
 
     def tangent(self, motion: SampledMotion) -> Array:
         """Derivative: sum_k A_nk (df / dq)_k S_kn', whose columns or rows are of masters."""
-        series, own = motion.series, self.masters
+        return self.master_tangent(motion).whole
+
+    def master_tangent(self, motion: SampledMotion) -> MasterTangent:
+        """The same by its columns and rows."""
+        series, k = motion.series, len(self.masters)
         rows, modes = motion.q.shape
         by_master, of_master = self._slopes(motion.displacement)
-        whole = np.zeros((rows, modes, rows, modes))
         columns = sampled_tangent(series.analysis, series.synthesis, by_master)
-        whole[:, :, :, own] = columns.reshape(rows, modes, rows, len(own))
+        coupled: Array = np.zeros((rows * k, rows * modes))
         if self._coupled.any():
             coupled = sampled_tangent(series.analysis, series.synthesis, of_master)
-            whole[:, own] += coupled.reshape(rows, len(own), rows, modes)
-        return whole.reshape(rows * modes, rows * modes)
+        return MasterTangent(self.masters, columns, coupled)
 
     def by_omega(self, motion: SampledMotion) -> Array:
         """It does not depend on the frequency."""
@@ -145,16 +148,17 @@ class InertialForce:
 
     def tangent(self, motion: SampledMotion) -> Array:
         """Derivative by displacement, velocity and acceleration at the samples."""
+        return self.master_tangent(motion).whole
+
+    def master_tangent(self, motion: SampledMotion) -> MasterTangent:
+        """The same by its columns and rows."""
         series, states = motion.series, self._states(motion)
         rates = motion.omega * series.rate_at(series.phase)
         curvature = -series.synthesis * (series.order * motion.omega) ** 2
         parts = zip((series.synthesis, rates, curvature), self._slopes(states), strict=True)
-        k, rows, modes = len(self.masters), *motion.q.shape
+        k, (rows, modes) = len(self.masters), motion.q.shape
         own = sum(sampled_tangent(series.analysis, basis, block) for basis, block in parts)
-        whole = np.zeros((rows, modes, rows, modes))
-        at = np.ix_(np.arange(rows), self.masters, np.arange(rows), self.masters)
-        whole[at] = np.asarray(own).reshape(rows, k, rows, k)
-        return whole.reshape(rows * modes, rows * modes)
+        return MasterTangent.between(self.masters, modes, np.asarray(own).reshape(rows, k, rows, k))
 
     def by_omega(self, motion: SampledMotion) -> Array:
         """The force grows with the square of the frequency."""

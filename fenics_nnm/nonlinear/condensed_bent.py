@@ -20,6 +20,7 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.contact_law import ContactForces
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.linear_part import HarmonicOperator
+from fenics_nnm.mechanics.master_tangent import MasterTangent
 from fenics_nnm.nonlinear.border import Border
 from fenics_nnm.nonlinear.condensed import Condensation, eliminated
 
@@ -29,14 +30,17 @@ class Bending:
     """What second-order kinematics add to a system.
 
     Attributes:
-        masters: Places of the masters, shape (k,).
         turned: Theta q of the pairs in contact, at their samples, shape (P, k).
-        tangent: T, shape (c J, c J), by (n, j).
+        tangent: T.
     """
 
-    masters: Indices
     turned: Array
-    tangent: Array
+    tangent: MasterTangent
+
+    @property
+    def masters(self) -> Indices:
+        """Places of the masters, shape (k,)."""
+        return self.tangent.masters
 
 
 def bent_solution(
@@ -93,7 +97,7 @@ class _BentCondensation:
 
     def coupled(self, q: Array) -> Array:
         """T q of coefficients (.., c, J)."""
-        return (q.reshape(len(q), -1) @ self.bending.tangent.T).reshape(q.shape)
+        return self.bending.tangent.times(q)
 
     def moved(self, q: Array) -> Array:
         """V q: free displacements of the pairs, shape (.., P)."""

@@ -16,6 +16,7 @@ from fenics_nnm.mechanics.contact_law import ContactForces, ContactLaw
 from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.linear_part import HarmonicOperator
+from fenics_nnm.mechanics.master_tangent import MasterTangent
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.rest import RestState
@@ -240,15 +241,13 @@ def _bent(mechanics: Mechanics) -> bool:
 def _bending(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Bending:
     """What second-order kinematics add to a condensed system."""
     series, closing = equations.series, equations.closing
-    masters, (rows, modes) = equations.model.kinematics.masters, at.q.shape
-    motion = SampledMotion(series, at.q, at.omega)
-    tangent = np.sum([force.tangent(motion) for force in equations.mechanics.forces], axis=0)
-    bent = closing.bent_tangent(series, at.q, forces)
-    k, order = len(masters), np.arange(rows)
-    own = np.ix_(order, masters, order, masters)
-    tangent.reshape(rows, modes, rows, modes)[own] += bent.reshape(rows, k, rows, k)
-    turned = closing.turned_pairs(series, at.q, forces)
-    return Bending(masters, turned, tangent)
+    kinematics, (rows, modes) = equations.model.kinematics, at.q.shape
+    masters, motion = kinematics.masters, SampledMotion(series, at.q, at.omega)
+    bent = closing.bent_tangent(series, at.q, forces).reshape(rows, len(masters), rows, -1)
+    tangent = MasterTangent.between(masters, modes, bent)
+    for force in kinematics.forces:
+        tangent = tangent.plus(force.master_tangent(motion))
+    return Bending(closing.turned_pairs(series, at.q, forces), tangent)
 
 
 def force_harmonics(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Array:

@@ -192,7 +192,6 @@ class _Walk:
                         f"more than {self._flow.most_changes} changes of contact in "
                         f"{self._clock:.3g} of {span:.3g} s"
                     )
-                before = before if following is stage else None
                 stage = following
         return ""
 

@@ -87,15 +87,13 @@ class Weights:
         nu: Circular frequencies of the oscillators, shape (J,).
         cosine: cos(nu t), shape (J, t).
         sine: sin(nu t), shape (J, t).
-        position: Weights of the remainder in x, shape (J, t, s).
-        velocity: Weights in x', shape (J, t, s).
+        both: Weights of the remainder in x, and below them those in x', shape (J, 2 t, s).
     """
 
     nu: Array
     cosine: Array
     sine: Array
-    position: Array
-    velocity: Array
+    both: Array
 
     @classmethod
     def of(cls, nodes: GaussNodes, nu: Array, step: float, times: Array) -> Weights:
@@ -110,8 +108,13 @@ class Weights:
             nu=nu,
             cosine=np.cos(turned),
             sine=np.sin(turned),
-            position=(np.sin(angle) @ basis)[:, :, 0] / nu[:, None, None],
-            velocity=(np.cos(angle) @ basis)[:, :, 0],
+            both=np.concatenate(
+                [
+                    (np.sin(angle) @ basis)[:, :, 0] / nu[:, None, None],
+                    (np.cos(angle) @ basis)[:, :, 0],
+                ],
+                axis=1,
+            ),
         )
 
     def motion(self, x: Array, rate: Array, remainder: Array) -> tuple[Array, Array]:
@@ -124,7 +127,9 @@ class Weights:
         """
         cosine, sine = self.cosine[:, :, None], self.sine[:, :, None]
         x, rate, nu = x[:, None], rate[:, None], self.nu[:, None, None]
+        pulled = self.both @ remainder
+        count = self.cosine.shape[1]
         return (
-            cosine * x + sine / nu * rate + self.position @ remainder,
-            cosine * rate - sine * nu * x + self.velocity @ remainder,
+            cosine * x + sine / nu * rate + pulled[:, :count],
+            cosine * rate - sine * nu * x + pulled[:, count:],
         )

@@ -10,6 +10,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.time_domain.exponential_rule import GaussNodes, Weights, gauss_nodes
 from fenics_nnm.time_domain.margins import Margins
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
+from fenics_nnm.time_domain.variation import varied
 
 #: A margin is negative below this part of the size of what it is the difference of.
 _ROUND_OFF = 1e-13
@@ -31,6 +32,7 @@ class Rule:
         at_nodes: Weights at these.
         watched: Times at which margins are looked at, the last at the end, shape (d,).
         at_watched: Weights at these.
+        at_end: Weights at the end.
     """
 
     step: float
@@ -38,6 +40,7 @@ class Rule:
     at_nodes: Weights
     watched: Array
     at_watched: Weights
+    at_end: Weights
 
     @classmethod
     def of(cls, nodes: GaussNodes, nu: Array, step: float) -> Rule:
@@ -50,6 +53,7 @@ class Rule:
             Weights.of(nodes, nu, step, step * nodes.at),
             watched,
             Weights.of(nodes, nu, step, watched),
+            Weights.of(nodes, nu, step, watched[-1:]),
         )
 
 
@@ -118,7 +122,7 @@ class SmoothStep:
 
     def state(self, time: float) -> tuple[Array, Array]:
         """Coordinates and velocities at a time, each of shape (J,)."""
-        q, velocity = self.states(np.array([time]))
+        q, velocity = self._states(self._weights_at(time))
         return q[0], velocity[0]
 
     def continued(self, step: float, following: float) -> Array:
@@ -154,24 +158,18 @@ class SmoothStep:
         return found.first_negative(self._margin_at)
 
     def carried(self, changes: Array, time: float) -> Array:
-        """Changes (2 J, c) of the state at the start, after a time in this step.
-
-        The variational equations have a remainder n_q dq + n_v dq', iterated as that of the motion.
-        """
-        V, rule = self.stage.linear.V, self.rule
-        tangents = self.stage.tangents(*self._states(rule.at_nodes))
-        by_q, by_velocity = (V.T @ each @ V for each in tangents)
+        """Changes (2 J, c) of the state at the start, after a time in this step."""
+        stage, rule = self.stage, self.rule
+        V, masters = stage.linear.V, stage.mechanics.model.kinematics.masters
+        tangents = stage.tangents(*self._states(rule.at_nodes))
         dx, rate = (V.T @ each for each in np.split(changes, 2))
-        remainder: Array = np.zeros((len(V), len(rule.nodes.at), changes.shape[1]))
-        for _ in range(_ITERATIONS):
-            moved = rule.at_nodes.motion(dx, rate, remainder)
-            at_q, at_velocity = (each.swapaxes(0, 1) for each in moved)
-            found = (by_q @ at_q + by_velocity @ at_velocity).swapaxes(0, 1)
-            change, remainder = np.abs(found - remainder).max(), found
-            if change <= _CONVERGED * np.abs(found).max():
-                break
-        ends = self._weights(np.array([time])).motion(dx, rate, remainder)
+        remainder = varied(masters, V, rule.at_nodes, tangents, np.concatenate([dx, rate]))
+        ends = self._weights_at(time).motion(dx, rate, remainder)
         return np.concatenate([V @ each[:, 0] for each in ends])
+
+    def _weights_at(self, time: float) -> Weights:
+        """Weights at one time; those at the end are kept."""
+        return self.rule.at_end if time == self.rule.step else self._weights(np.array([time]))
 
     def _weights(self, times: Array) -> Weights:
         return Weights.of(self.rule.nodes, self.stage.linear.nu, self.rule.step, times)

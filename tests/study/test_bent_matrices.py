@@ -23,26 +23,28 @@ from fenics_nnm.reduction.matrix_terms import Entries
 from fenics_nnm.results import branch_file
 from fenics_nnm.structure.analysis import linear_analysis, prepared
 from fenics_nnm.study import study_from
+from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.shooting import OrbitGuess, shoot
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "nonlinear_campbell_1dof.csv"
 STOP = 50.0
 
 
-def closed_form(speed: float, energy: float) -> float:
-    """Frequency in Hz of a mass at a stop of stiffness 50, of the head of the reference file."""
+def closed_form(speed: float, energy: float, stop: float = STOP) -> float:
+    """Frequency in Hz of a mass at an elastic stop, of the head of the reference file."""
     k, e = 1 + 1.17 * speed**2, 1 - 0.5 * speed**2
     if energy <= k * e**2 / 2:
         return float(np.sqrt(k) / (2 * np.pi))
     open_ = 2 / np.sqrt(k) * np.arccos(-e * np.sqrt(k / (2 * energy)))
-    root = np.sqrt(2 * energy * (k + STOP) - STOP * k * e**2)
-    return float(1 / (open_ + 2 / np.sqrt(k + STOP) * np.arccos(e * k / root)))
+    root = np.sqrt(2 * energy * (k + stop) - stop * k * e**2)
+    return float(1 / (open_ + 2 / np.sqrt(k + stop) * np.arccos(e * k / root)))
 
 
-def study_at(folder: Path, speed: float, ratios: list[float]) -> Any:
+def study_at(folder: Path, speed: float, ratios: list[float], stop: float = STOP) -> Any:
     """A mass whose spring and gap change with speed; it touches through a massless unknown."""
     np.savez(
         folder / "mass.npz",
-        K=[[1 + STOP, -STOP], [-STOP, STOP]],
+        K=[[1 + stop, -stop], [-stop, stop]],
         M=np.diag([1.0, 0.0]),
         B=[[0.0, 1.0]],
         softening=np.diag([1.17, 0.0]),
@@ -82,13 +84,32 @@ def test_frequencies_over_speed_are_the_closed_form(tmp_path: Path, speed: float
 
 
 def test_engine_order_four_crosses_where_the_closed_form_says(tmp_path: Path) -> None:
-    """At E = 2; with a rigid stop it would be at 0.409998, without one at 0.259675."""
+    """At E = 2; without a stop it would be at 0.259675."""
     speed = brentq(lambda s: closed_form(s, 2.0) - 4 * s / (2 * np.pi), 0.3, 0.5)
     points = points_at(tmp_path, speed, [2.4, 2.6, 2.8, 3.0])
     energies = [point.motion.energy for point in points]
     assert energies[0] < 2 < energies[-1]
     frequency = CubicSpline(energies, [point.motion.frequency for point in points])(2.0)
     assert 2 * np.pi * frequency / 4 == pytest.approx(speed, rel=1e-4)
+
+
+def test_engine_order_four_crosses_a_rigid_stop_at_0_409998(tmp_path: Path) -> None:
+    """The limit of stiff stops, whose exact motions are shot: the way there goes as stop^-1/2."""
+
+    def excess(speed: float, stop: float) -> float:
+        study = study_at(tmp_path, speed, [0.5, 3.0], stop)
+        model = linear_analysis(study, MPI.COMM_SELF).model
+        away = -np.sign(model.Phi[0]) * np.sqrt(2 * 2.0) / model.omega
+        period = 2 * np.pi / (4 * speed)
+        guess = OrbitGuess(away, np.zeros(1), period, 2.0, touches=True, reversible=True)
+        shot = shoot(Flow(model), guess)
+        assert shot.converged and shot.return_error < 1e-9
+        assert shot.frequency == pytest.approx(closed_form(speed, 2.0, stop), rel=1e-10)
+        return shot.frequency - 4 * speed / (2 * np.pi)
+
+    one, other = (brentq(excess, 0.40, 0.42, args=(stop,), xtol=1e-9) for stop in (1e5, 4e5))
+    assert other - one == pytest.approx(6.3e-4, rel=0.1)
+    assert 2 * other - one == pytest.approx(0.409998, abs=5e-6)
 
 
 def test_arrays_of_a_body_give_its_model(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ pictures: demo
 	    cp demos/rotor37/results/pictures/$$name $(PICTURES)/rotor37_$$name; done
 	cp demos/rotor37/results/engine/engine.png $(PICTURES)/rotor37_engine.png
 	$(RUN) fenics-nnm campbell demos/rotor37/engine.toml --speeds 0:1800:300 \
-	    --orders 1,2,3,4,6,8,12 --output demos/rotor37/results/campbell
+	    --orders 1,2,3,4,6,8,12 --energies 0.3,0.6,1 --output demos/rotor37/results/campbell
 	cp demos/rotor37/results/campbell/campbell.png $(PICTURES)/rotor37_campbell.png
 	$(RUN) fenics-nnm check demos/rotor37/rotor37.toml \
 	    --picture $(PICTURES)/rotor37_groups.png

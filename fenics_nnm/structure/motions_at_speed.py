@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
-from fenics_nnm.structure.bending import Bendable
-from fenics_nnm.study import MeshStudy
+if TYPE_CHECKING:
+    from fenics_nnm.structure.bending import Bendable
+    from fenics_nnm.study import MeshStudy
 
 
 class Quantity(Enum):

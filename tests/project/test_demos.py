@@ -159,8 +159,10 @@ def test_rotor37(monkeypatch: pytest.MonkeyPatch) -> None:
     assert backbone["gamma_ratio"][0] == pytest.approx(0.7)
     assert backbone["gamma_ratio"][-1] == pytest.approx(3.0)
     assert backbone["virial_error"].max() < 1e-8
-    assert set(statuses(results)) == {"verified"}
-    assert summary["not_verified"] == []
+    # all are confirmed in time, and none is verified as kinematics are linear
+    assert set(statuses(results)) == {"converged"}
+    (doubt,) = {point["reason"] for point in summary["not_verified"]}
+    assert doubt.startswith("kinematics are linear, and second order would change the closing")
     assert summary["largest_return_error"] < 0.05
     assert backbone["energy_drift"].max() < 1e-10
     assert np.nanmax(backbone["shot_return_error"]) < 1e-10

@@ -28,6 +28,9 @@ from fenics_nnm.mechanics.instants import Quadrature
 #: Events closer together than this in phase are taken as one.
 _TOGETHER = 1e-9
 
+#: Events are located to this phase.
+_PRECISE = 1e-13
+
 #: Newton steps to an event; each falls back on halving.
 _STEPS = 60
 
@@ -105,13 +108,22 @@ def contact_points_in_time(motion: FreeMotion, forces: ContactForces) -> tuple[Q
     grid = _with_short_contact(motion, forces, grid)
     if not grid.closed.any():
         return Quadrature(np.empty(0), np.empty(0)), np.zeros((0, len(motion.law.gap)), dtype=bool)
-    grid = _single_changes(motion, grid)
-    events = np.array([_event(motion, grid, change) for change in grid.changes])
-    sets = np.roll(grid.closed, -1, axis=0)[grid.changes]
-    if not len(events):
-        events, sets = np.zeros(1), grid.closed[:1]
+    changes = _changes(motion, grid)
+    if not changes:
+        changes = [(0.0, grid.closed[0])]
+    events = _together(np.array([phase for phase, _ in changes]))
+    sets = np.array([closed for _, closed in changes])
     ends = np.append(events[1:], events[0] + 2 * np.pi)
     return _gauss(motion.series.harmonics, events, ends, sets)
+
+
+def _together(events: Array) -> Array:
+    """Events in order, with those that are one but for round-off at the phase of the first."""
+    found = events.copy()
+    for number in range(1, len(found)):
+        if found[number] - found[number - 1] < _TOGETHER:
+            found[number] = found[number - 1]
+    return found
 
 
 def _with_short_contact(motion: FreeMotion, forces: ContactForces, grid: Grid) -> Grid:
@@ -144,47 +156,97 @@ def _with_short_contact(motion: FreeMotion, forces: ContactForces, grid: Grid) -
 def _top(motion: FreeMotion, closed: Mask, point: int, between: Array) -> float:
     """Phase of the largest y of a point between two phases."""
     coefficients, _ = motion.margin(closed, point)
-    rate = motion.series.turned(coefficients)
-    return _zero(motion.series, -rate, 0.0, between)
+    rate = -motion.series.turned(coefficients)
+    return float(_rises(motion.series, rate[None], np.zeros(1), between[None])[0])
 
 
-def _single_changes(motion: FreeMotion, grid: Grid) -> Grid:
-    """The grid, refined until one point alone changes between two phases, or they are together."""
-    while True:
-        changed = (grid.closed != np.roll(grid.closed, -1, axis=0)).sum(axis=1)
-        width = grid.ends - grid.phase
-        several = np.flatnonzero((changed > 1) & (width > _TOGETHER))
-        if not len(several):
-            return grid
-        middle = grid.phase[several] + width[several] / 2
-        grid = grid.with_phases(middle % (2 * np.pi), motion.sets_at(middle))
+def _changes(motion: FreeMotion, grid: Grid) -> list[tuple[float, Mask]]:
+    """Phases at which points open or close, in order, and the sets in contact from then on.
+
+    Of several points that change between two phases of the grid the first one changes first; it
+    moves the others, whose changes are looked for after it.
+    """
+    following = np.roll(grid.closed, -1, axis=0)
+    gaps = [
+        _Gap(float(grid.phase[k]), float(grid.ends[k]), grid.closed[k], following[k], [])
+        for k in grid.changes
+    ]
+    while left := [gap for gap in gaps if gap.changing.size]:
+        pairs = [(gap, int(point)) for gap in left for point in gap.changing]
+        margins = [motion.margin(gap.closed, point) for gap, point in pairs]
+        phases = _rises(
+            motion.series,
+            np.array([coefficients for coefficients, _ in margins]),
+            np.array([offset for _, offset in margins]),
+            np.array([(gap.at, gap.end) for gap, _ in pairs]),
+        )
+        for gap in left:
+            own = [number for number, (each, _) in enumerate(pairs) if each is gap]
+            first = own[int(np.argmin(phases[own]))]
+            gap.change(float(phases[first]), pairs[first][1])
+    return [change for gap in gaps for change in gap.found]
 
 
-def _event(motion: FreeMotion, grid: Grid, change: int) -> float:
-    """Phase at which the set changes after a phase of the grid."""
-    before, after = grid.closed[change], grid.closed[(change + 1) % len(grid.phase)]
-    between = np.array([grid.phase[change], grid.ends[change]])
-    changed = np.flatnonzero(before != after)
-    if np.size(changed) > 1:
-        return float(between.mean())
-    return _zero(motion.series, *motion.margin(before, int(changed[0])), between)
+@dataclass(slots=True)
+class _Gap:
+    """The way from the set at one phase of the grid to that at the next.
+
+    Attributes:
+        at: Phase that is reached.
+        end: Phase of the next one.
+        closed: Points in contact where it is reached.
+        after: Those at the end.
+        found: Changes so far.
+    """
+
+    at: float
+    end: float
+    closed: Mask
+    after: Mask
+    found: list[tuple[float, Mask]]
+
+    @property
+    def changing(self) -> Indices:
+        """Points that are still to change."""
+        return np.flatnonzero(self.closed != self.after)
+
+    def change(self, phase: float, point: int) -> None:
+        """A point changes at a phase."""
+        self.at, self.closed = phase, self.closed.copy()
+        self.closed[point] = self.after[point]
+        self.found.append((phase, self.closed))
 
 
-def _zero(series: FourierSeries, coefficients: Array, offset: float, between: Array) -> float:
-    """Where a series plus an offset rises through zero between two phases."""
-    turned = series.turned(coefficients)
-    low, high = between
-    at = (low + high) / 2
+def _rises(series: FourierSeries, coefficients: Array, offset: Array, between: Array) -> Array:
+    """Phases at which series plus offsets rise through zero; an end, where it lies beyond.
+
+    Args:
+        series: Series.
+        coefficients: Coefficients of k series, shape (k, c).
+        offset: Offsets, shape (k,).
+        between: Phases to look between, shape (k, 2).
+    """
+    low, high = between.T.copy()
+    first, last = (
+        np.einsum("kc,kc->k", series.basis_at(end), coefficients) + offset for end in (low, high)
+    )
+    beyond = (first >= 0) | (last <= 0)
+    ends = np.where(first >= 0, low, high)
+    turned = series.turned(coefficients.T).T
+    at = low - first * (high - low) / np.where(beyond, 1.0, last - first)
+    at = np.where(beyond, ends, at)
     for _ in range(_STEPS):
-        basis = series.basis_at(np.array([at]))[0]
-        value, slope = float(basis @ coefficients) + offset, float(basis @ turned)
-        low, high = (at, high) if value < 0 else (low, at)
-        new = at - value / slope if slope > 0 else low - 1.0
-        new = new if low < new < high else (low + high) / 2
-        if abs(new - at) < 1e-15 * (1 + abs(at)):
+        basis = series.basis_at(at)
+        value = np.einsum("kc,kc->k", basis, coefficients) + offset
+        slope = np.einsum("kc,kc->k", basis, turned)
+        low, high = np.where(value < 0, at, low), np.where(value < 0, high, at)
+        new = at - value / np.where(slope > 0, slope, np.inf)
+        inside = (slope > 0) & (new >= low) & (new <= high)
+        new = np.where(beyond, ends, np.where(inside, new, (low + high) / 2))
+        if np.abs(new - at).max() < _PRECISE:
             break
         at = new
-    return float(at)
+    return np.asarray(at)
 
 
 @cache

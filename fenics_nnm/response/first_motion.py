@@ -24,8 +24,11 @@ from fenics_nnm.response.structure import DrivenStructure
 #: Newton's iteration from a guess far away.
 _FAR = Newton(tolerance=1e-12, round_off=1e-10, iterations=60)
 
-#: The forces grow by no smaller part of their size.
-_SMALLEST_GROWTH = 1e-2
+#: The same from a motion under forces that are a little smaller.
+_NEAR = Newton(tolerance=1e-12, round_off=1e-10, iterations=25)
+
+#: The forces begin with this part at least, and grow by no smaller factor than 1 and this.
+_SMALLEST_PART, _SMALLEST_GROWTH = 1e-2, 1e-2
 
 #: Harmonics to begin with, and by what factor they grow.
 _FEW, _MORE = 5, 1.6
@@ -72,12 +75,12 @@ def _grown(structure: DrivenStructure, equations: TimedEquations, guess: Unknown
     condition, fitted = FixedFrequency(guess.omega), equations.series.fitted
     near = Unknowns(fitted(guess.q), guess.parameters)
     found = solve(equations, condition, near, options=_FAR)
-    part, growth, linear = 0.0, 0.5, _opened(equations, guess.omega).at
+    part, growth, linear = _grazing(equations, guess), 0.5, _opened(equations, guess.omega).at
+    near = Unknowns(part * linear.q, guess.parameters)
     while found.failure and growth > _SMALLEST_GROWTH:
-        tried = min(1.0, part + growth)
+        tried = min(1.0, (1 + growth) * part)
         mechanics = structure.at_level(tried).mechanics
-        begin = near if part else Unknowns(tried * linear.q, guess.parameters)
-        step = solve(replace(equations, mechanics=mechanics), condition, begin, options=_FAR)
+        step = solve(replace(equations, mechanics=mechanics), condition, near, options=_NEAR)
         if step.failure:
             growth /= 2
             continue
@@ -85,3 +88,13 @@ def _grown(structure: DrivenStructure, equations: TimedEquations, guess: Unknown
         if part == 1.0:
             return step
     return found
+
+
+def _grazing(equations: TimedEquations, guess: Unknowns) -> float:
+    """The part of the forces at which the first gap is closed; a small one where none is open."""
+    gap, series = equations.mechanics.model.gap, equations.series
+    linear = _opened(equations, guess.omega).at
+    reached = (series.synthesis @ equations.free_harmonics(linear)).max(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        parts = np.where(reached > 0, gap / reached, np.inf)
+    return float(np.clip(parts.min(), _SMALLEST_PART, 1.0))

@@ -88,6 +88,11 @@ def with_units(name: str) -> Sequence[str]:
     return [f"{name}_{unit}" for unit in METRES]
 
 
+def _separator(header: str) -> str:
+    """What stands between the cells: a comma, or a semicolon or tab where there is none."""
+    return next((sign for sign in ",;\t" if sign in header), ",")
+
+
 def read_table(file: Path, key: str) -> CsvTable:
     """Read a table: a header line, then rows with a cell for each column.
 
@@ -103,11 +108,16 @@ def read_table(file: Path, key: str) -> CsvTable:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise GeometryError(f"{key} = {file}: cannot be read: {reason}") from error
+    told = [
+        (number, line)
+        for number, line in enumerate(lines, 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
     try:
+        separator = _separator(told[0][1] if told else "")
         cells = [
-            (number, [cell.strip() for cell in next(csv.reader([line]))])
-            for number, line in enumerate(lines, 1)
-            if line.strip() and not line.lstrip().startswith("#")
+            (number, [cell.strip() for cell in next(csv.reader([line], delimiter=separator))])
+            for number, line in told
         ]
     except csv.Error as error:
         raise GeometryError(f"{key} = {file}: cannot be read: {error}") from error

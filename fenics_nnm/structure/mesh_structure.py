@@ -252,7 +252,7 @@ class MeshLinear(LinearAnalysis):
             vertices=len(sites.gap),
             energy=(omega * amplitude) ** 2 / 2,
             over_all=(omega * over_all) ** 2 / 2,
-            place=self._contact_name(rest.first(mode)),
+            place=_contact_name(self.interface, rest.first(mode)),
         )
 
     def flexibility(self, harmonics: int) -> HarmonicSolver:
@@ -319,13 +319,6 @@ class MeshLinear(LinearAnalysis):
     def notes(self) -> list[str]:
         """What was left out or changed on reading the mesh."""
         return list(self.solid.tagged.notes)
-
-    def _contact_name(self, point: int) -> str:
-        """Coordinates of a contact point, with its patch if there are several."""
-        interface = self.interface
-        place = "(" + ", ".join(f"{x:.5g}" for x in interface.points[point]) + ") m"
-        several = len(interface.names) > 1
-        return f"{place} of {interface.names[interface.patch[point]]}" if several else place
 
     def largest(self, q: Array, force: Array) -> str:
         """Largest displacement component of coordinates in kg^1/2 m and contact forces in N."""
@@ -453,3 +446,10 @@ def _box(solid: Solid) -> str:
     points = np.concatenate(pieces)
     ranges = zip(points.min(axis=0), points.max(axis=0), strict=True)
     return " x ".join(f"[{low:.6g}, {high:.6g}]" for low, high in ranges)
+
+
+def _contact_name(interface: ContactInterface, point: int) -> str:
+    """Coordinates of a contact point, with its patch if there are several."""
+    place = "(" + ", ".join(f"{x:.5g}" for x in interface.points[point]) + ") m"
+    several = len(interface.names) > 1
+    return f"{place} of {interface.names[interface.patch[point]]}" if several else place

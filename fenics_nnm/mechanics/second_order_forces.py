@@ -89,7 +89,7 @@ class PolynomialStiffness:
 
     def _values(self, q: Array) -> Array:
         """Forces of states, both of shape (s, J)."""
-        masters, pairs = q[:, self.masters], self._pairs(q)
+        masters, pairs = q[:, self.masters], _pairs(q[:, self.masters])
         force = pairs @ self.alpha.reshape(len(self.alpha), -1).T
         shared = 2 * self._coupling(q) + self._squared(pairs)
         force[:, self.masters] += (shared @ masters[:, :, None])[:, :, 0]
@@ -99,23 +99,18 @@ class PolynomialStiffness:
         """Derivatives of the force by masters (s, J, k), and of that on masters by others."""
         masters, own = q[:, self.masters], self.masters
         by_master = 2 * np.tensordot(masters, self.alpha, (1, 2))
-        by_master[:, own] += 2 * self._coupling(q) + 3 * self._squared(self._pairs(q))
+        by_master[:, own] += 2 * self._coupling(q) + 3 * self._squared(_pairs(q[:, self.masters]))
         return by_master, 2 * np.tensordot(masters, self._coupled, (1, 2)).swapaxes(1, 2)
 
     def _potentials(self, q: Array) -> Array:
         """Potentials of states (s, J), shape (s,)."""
-        masters, pairs = q[:, self.masters], self._pairs(q)
+        masters, pairs = q[:, self.masters], _pairs(q[:, self.masters])
         quadratic = pairs @ self.alpha.reshape(len(self.alpha), -1).T
         share = np.ones(len(self.alpha))
         share[self.masters] = 1 / 3
         cubic = np.sum(quadratic * q * share, axis=1)
         quartic = np.einsum("si,sij,sj->s", masters, self._squared(pairs), masters)
         return np.asarray(cubic + quartic / 4)
-
-    def _pairs(self, q: Array) -> Array:
-        """Products of masters, shape (s, k^2)."""
-        masters = q[:, self.masters]
-        return (masters[:, :, None] * masters[:, None, :]).reshape(len(q), -1)
 
     def _coupling(self, q: Array) -> Array:
         """sum_a alpha_ajk q_a over what is no master, shape (s, k, k)."""
@@ -226,6 +221,11 @@ class InertialForce:
         """1/2 D_ikjl q_i' q_k q_j' q_l, shape (s,)."""
         rates = (velocity[:, :, None] * q[:, None, :]).reshape(len(q), -1)
         return np.asarray(np.sum((rates @ self.D.reshape(rates.shape[1], -1)) * rates, axis=1) / 2)
+
+
+def _pairs(masters: Array) -> Array:
+    """Products of masters (s, k), shape (s, k^2)."""
+    return (masters[:, :, None] * masters[:, None, :]).reshape(len(masters), -1)
 
 
 def assert_enough_samples(motion: SampledMotion) -> None:

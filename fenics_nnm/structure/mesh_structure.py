@@ -216,24 +216,10 @@ class MeshLinear(LinearAnalysis):
         if not _same_rows(interface, self.interface):
             return None
         moved = replace(self, interface=interface, sites=new.sites, choices=choices)
-        found = moved.rechosen(study)
+        found = _rechosen(moved, study)
         if found is None:
             return None
         return found if same_points(found.better_choices(new.mode), choices) else None
-
-    def rechosen(self, study: MeshStudy) -> MeshLinear | None:
-        """The same with the gaps of its interface; None if second order is needed, or not known.
-
-        To be called on all ranks.
-        """
-        bending = self.bending.at_gaps(self)
-        if not can_choose(study, bending):
-            return None
-        straight = replace(self, reduction=bending.straight, bending=bending)
-        choice = chosen_kind(study, bending, straight, asked_of_study)
-        if choice.second_order:
-            return None
-        return replace(straight, reduction=replace(bending.straight, choice=choice))
 
     def better_choices(self, mode: int) -> Choices:
         """Contact points that the followed mode, of an index from 0, asks for about rest."""
@@ -327,6 +313,21 @@ class MeshLinear(LinearAnalysis):
     def warnings(self, study: MeshStudy, mode: int) -> list[str]:
         """As `Linear.warnings`."""
         return mesh_warnings(study, self, mode)
+
+
+def _rechosen(linear: MeshLinear, study: MeshStudy) -> MeshLinear | None:
+    """The same with the gaps of its interface; None if second order is needed, or not known.
+
+    To be called on all ranks.
+    """
+    bending = linear.bending.at_gaps(linear)
+    if not can_choose(study, bending):
+        return None
+    straight = replace(linear, reduction=bending.straight, bending=bending)
+    choice = chosen_kind(study, bending, straight, asked_of_study)
+    if choice.second_order:
+        return None
+    return replace(straight, reduction=replace(bending.straight, choice=choice))
 
 
 def _reduced(

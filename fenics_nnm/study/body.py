@@ -27,6 +27,11 @@ class _Body(Record):
         "and those that matter beside it without",
     )
 
+    @property
+    def may_bend(self) -> bool:
+        """Whether second order is taken where it matters."""
+        return self.kinematics == "auto"
+
     @model_validator(mode="after")
     def _masters_bend(self) -> _Body:
         if self.masters is None:
@@ -45,6 +50,11 @@ class RodSection(_Body):
 
     theory: Literal["rod"] = Field(description=_THEORIES)
     area: Positive = Field(description="cross-section of a rod in m^2")
+
+    @property
+    def may_bend(self) -> bool:
+        """A rod does not bend."""
+        return False
 
     @property
     def extent(self) -> float:

@@ -75,8 +75,7 @@ class MeshStudy(SprungStudy):
     @property
     def may_bend(self) -> bool:
         """Whether second-order kinematics are asked for, or may be needed and can be had."""
-        needs = self.body.kinematics == "auto" and self.body.theory != "rod"
-        return self.bends or (needs and not self.carries_mass and not self.full_order)
+        return self.bends or (self.body.may_bend and not (self.carries_mass or self.full_order))
 
     @model_validator(mode="after")
     def _masters_are_kept(self) -> MeshStudy:

@@ -122,3 +122,15 @@ Clamps = Annotated[
     FromList,
 ]
 """One clamp, or several."""
+
+
+def assert_kept(key: str, masters: tuple[int, ...] | None, modes: int | str, own: int) -> None:
+    """Refuse masters that are not among the modes, or that the followed one is not among.
+
+    Raises:
+        ValueError: if there are some.
+    """
+    if masters and modes != "auto" and masters[-1] > int(modes):
+        raise ValueError(f"{key} = {list(masters)}: must not be above reduction.modes = {modes}")
+    if masters and own not in masters:
+        raise ValueError(f"{key} = {list(masters)}: must have mode.number = {own} among them")

@@ -190,18 +190,6 @@ class AnyStudy(Record):
         return self
 
 
-def assert_kept(key: str, masters: tuple[int, ...] | None, modes: int | str, own: int) -> None:
-    """Refuse masters that are not among the modes, or that the followed one is not among.
-
-    Raises:
-        ValueError: if there are some.
-    """
-    if masters and modes != "auto" and masters[-1] > int(modes):
-        raise ValueError(f"{key} = {list(masters)}: must not be above reduction.modes = {modes}")
-    if masters and own not in masters:
-        raise ValueError(f"{key} = {list(masters)}: must have mode.number = {own} among them")
-
-
 class SprungStudy(AnyStudy):
     """A study whose structure may have springs that are not linear, or bend far."""
 

@@ -9,8 +9,8 @@ from pydantic import model_validator
 
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
-from fenics_nnm.study.body import BodySection, Clamps
-from fenics_nnm.study.common import SprungStudy, assert_kept
+from fenics_nnm.study.body import BodySection, Clamps, assert_kept
+from fenics_nnm.study.common import SprungStudy
 from fenics_nnm.study.contact import (
     ContactSection,
     MatrixContactSection,

@@ -103,6 +103,7 @@ verify-studies:
 	$(STUDY) demos/rod/preload.py
 	$(STUDY) demos/plate/plate.py
 	$(STUDY) tests/square_plate.py
+	$(STUDY) tests/absorbing_rod.py
 	$(STUDY) tests/rotating_bodies.py
 	$(STUDY) tests/bending_bodies.py
 	$(STUDY) tests/bending_in_time.py

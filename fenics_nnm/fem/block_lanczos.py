@@ -30,7 +30,7 @@ logger = logging.getLogger(__name__)
 BLOCK = 8
 
 #: Largest residual of a mode over theta; the error of its frequency is of the order of the square.
-_TOLERANCE = 1e-8
+_TOLERANCE = 1e-10
 
 #: The same of the modes beyond those asked for, of which the frequency alone is wanted.
 _SPARE_TOLERANCE = 1e-3

@@ -15,7 +15,7 @@ from fenics_nnm.errors import (
     ModelError,
     OutOfMemoryError,
 )
-from fenics_nnm.fem.block import solved
+from fenics_nnm.fem.block import product, solved
 from fenics_nnm.fem.block_lanczos import BlockLanczos
 from fenics_nnm.fem.factored import Factored
 from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
@@ -31,6 +31,9 @@ _SPARE = 4
 
 #: Rigid-body modes of one part: so many more Ritz values show how low they are beside others.
 _RIGID = 6
+
+#: Strain energy over that of each displacement alone, of motions that strain a body.
+_STRAINED = 1e-12
 
 #: How often modes that the count finds missing are looked for.
 _SEARCHES = 5
@@ -142,14 +145,32 @@ class DirectModalSolver(HeldTogether):
             MissedModesError: if one was missed.
         """
         squared = _squared(lanczos.theta[: count + _SPARE + _RIGID])
-        lost = len(squared) < min(count + _SPARE, self.free)
-        assert_held(self._solid, np.append(squared, np.inf) if lost else squared)
+        if len(squared) < min(count + _SPARE, self.free):
+            squared = self._with_lost(squared, lanczos.shapes(len(squared)))
+        assert_held(self._solid, squared)
         squared = squared[: count + _SPARE]
         order = np.argsort(squared)
         squared = squared[order]
         below = counted_below(self._solid, squared, count, self._memory)
         shapes = lanczos.shapes(len(squared))[:, order[:count]]
         return LinearModes(np.sqrt(squared[:count]), self._system.whole(shapes), below)
+
+    def _with_lost(self, squared: Array, shapes: Array) -> Array:
+        """Squared frequencies of rigid-body modes with one of those lost in their round-off.
+
+        Raises:
+            ConvergenceError: if they strain the body, so that others are lost in heavy masses.
+        """
+        system, inner = self._system, self.factored().inner
+        forces = product(system.stiffness, shapes)
+        diagonal = system.stiffness.getDiagonal().array_r[:, None]
+        strain = np.diagonal(inner(shapes, forces)) / np.diagonal(inner(shapes, diagonal * shapes))
+        if np.abs(strain).max() > _STRAINED:
+            raise ConvergenceError(
+                "eigensolver: higher modes are lost in the round-off of the lowest ones: stiffness "
+                "and mass may be too far apart to compute with: check lengths, units and material"
+            )
+        return np.append(squared, np.inf)
 
 
 def _squared(theta: Array) -> Array:

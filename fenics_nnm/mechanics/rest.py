@@ -170,9 +170,10 @@ class RestState:
 
     def _is_still(self, mode: int) -> bool:
         """Whether a mode moves no contact point towards its obstacle, in second order neither."""
-        moves = np.abs(self.motion[:, mode]).max() > _STILL * np.abs(self.motion).max()
-        closes = self.curvature[:, mode].max() > _STILL * np.abs(self.curvature).max()
-        return not moves and not closes
+        largest = np.abs(self.motion).max()
+        moves = np.abs(self.motion[:, mode]).max() > _STILL * largest
+        bend = self.curvature[:, mode].max() * np.abs(self.clearance).max()
+        return not moves and bool(bend <= _STILL * largest**2)
 
     def _approaches(self, mode: int) -> bool:
         """Whether a mode, with what second order adds, brings any point to its event."""

@@ -38,10 +38,9 @@ from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.driven_matrices import driven_places, unit_rows
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.kinematics_lines import kinematics_lines
+from fenics_nnm.structure.kinematics_lines import WITHOUT_BENDING, kinematics_lines
 from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.mode_count import mode_count
-from fenics_nnm.structure.structure import WITHOUT_BENDING
 from fenics_nnm.study import MatrixStudy
 
 

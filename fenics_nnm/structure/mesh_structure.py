@@ -50,7 +50,7 @@ from fenics_nnm.structure.kinematics import (
     chosen_kind,
     in_choice,
 )
-from fenics_nnm.structure.kinematics_lines import kinematics_lines
+from fenics_nnm.structure.kinematics_lines import WITHOUT_BENDING, kinematics_lines
 from fenics_nnm.structure.load_lines import load_lines
 from fenics_nnm.structure.loading import assert_followers_apart, assert_off_axis, loads_of
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
@@ -69,7 +69,7 @@ from fenics_nnm.structure.point_choice import (
 )
 from fenics_nnm.structure.rigid_facets import rigid_lines
 from fenics_nnm.structure.sanity import mesh_warnings
-from fenics_nnm.structure.structure import WITHOUT_BENDING, Outline
+from fenics_nnm.structure.structure import Outline
 from fenics_nnm.study import MeshStudy
 
 #: Where points are pressed at rest, contact points are chosen anew at most so many times.

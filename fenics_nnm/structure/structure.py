@@ -23,11 +23,6 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.study.casing import AnyCasing
 
-#: What is said of a driven structure with second-order kinematics.
-WITHOUT_BENDING = (
-    "fenics-nnm response has linear kinematics alone: large deflection must be left out"
-)
-
 
 @dataclass(frozen=True, slots=True)
 class Outline:

@@ -87,14 +87,12 @@ def _incomplete(found: Response) -> Iterator[str]:
 
 def peak_table(structure: DrivenStructure, found: Response, title: str = "") -> Table:
     """Peaks of each curve, of the excited and further places and the contact point moved most."""
-    from fenics_nnm.response.peaks import curve_peaks
-
     levels = len({point.level for point in found.points}) > 1
     table = Table(title=title or None, box=None, padding=(0, 3, 0, 0))
     headings = ("peak of", "frequency (Hz)", "amplitude (m)", "phase (deg)")
     for heading in (*(["level"] if levels else []), *headings):
         table.add_column(heading, justify="right", no_wrap=True)
-    for peak in curve_peaks(found.points, structure.watched.before_contact):
+    for peak in found.peaks:
         table.add_row(
             *([f"{peak.level:g}"] if levels else []),
             structure.monitors[peak.monitor],

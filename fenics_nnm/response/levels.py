@@ -11,6 +11,8 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.response.curve import curve
 from fenics_nnm.response.driven import open_response
+from fenics_nnm.response.open_peaks import open_peaks
+from fenics_nnm.response.peaks import Peak, curve_peaks
 from fenics_nnm.response.point import Judgement, ResponsePoint, Status
 from fenics_nnm.response.structure import DrivenStructure
 
@@ -21,10 +23,12 @@ class Response:
 
     Attributes:
         points: Its points: those of each level in the order of their curves.
+        peaks: Peaks of the amplitudes, level by level.
         reasons: Why curves do not reach from the lowest frequency to the highest one.
     """
 
     points: tuple[ResponsePoint, ...]
+    peaks: tuple[Peak, ...] = ()
     reasons: tuple[str, ...] = ()
 
     @property
@@ -63,17 +67,18 @@ def response(
         ModelError: if a gap is not positive where contact points carry mass.
     """
     points: list[ResponsePoint] = []
+    tops: list[Peak] = []
     reasons = []
     for number, level in enumerate(levels):
 
         def report(part: float, before: int = number) -> None:
             on_progress((before + part) / len(levels))
 
-        found, reason = _at_level(structure.at_level(level), series, frequencies, report)
-        points += [replace(each, level=level) for each in found]
-        if reason:
-            reasons.append(f"level {level:g}, {reason}")
-    return Response(tuple(points), tuple(reasons))
+        found = _at_level(structure.at_level(level), series, frequencies, report)
+        points += [replace(each, level=level) for each in found.points]
+        tops += [replace(each, level=level) for each in found.peaks]
+        reasons += [f"level {level:g}, {reason}" for reason in found.reasons]
+    return Response(tuple(points), tuple(tops), tuple(reasons))
 
 
 def _at_level(
@@ -81,17 +86,20 @@ def _at_level(
     series: FourierSeries,
     frequencies: Array,
     on_progress: Callable[[float], None],
-) -> tuple[tuple[ResponsePoint, ...], str]:
-    """Points of one level, and why its curve does not reach its end."""
+) -> Response:
+    """The response at one level."""
+    others = structure.watched.before_contact
     if not _pressed(structure):
         opened = open_response(structure, series, frequencies, on_progress=on_progress)
         between = open_response(structure, series, resonances(structure, series, frequencies))
         if not any(each.status is Status.TOUCHES for each in (*opened, *between)):
-            return opened, ""
+            return Response(opened, tuple(open_peaks(structure, series, opened)))
         if structure.objection or len(frequencies) < 2:
-            return tuple(_with_reason(each, structure.objection) for each in opened), ""
+            told = tuple(_with_reason(each, structure.objection) for each in opened)
+            return Response(told, tuple(curve_peaks(told, others)))
     found = curve(structure, series, frequencies, on_progress=on_progress)
-    return found.points, found.reason
+    reasons = (found.reason,) if found.reason else ()
+    return Response(found.points, tuple(curve_peaks(found.points, others)), reasons)
 
 
 def resonances(structure: DrivenStructure, series: FourierSeries, frequencies: Array) -> Array:

@@ -22,7 +22,8 @@ def response_plot(monitors: Sequence[str], points: Sequence[ResponsePoint], titl
     """Amplitude and phase of all levels, of places that are watched.
 
     These are the excited and further places, and the contact point that moves most; with several
-    levels the first of them alone. Bands are frequencies without amplitudes.
+    levels the first of them alone. Unstable motions are dashed. Bands are frequencies without
+    amplitudes.
     """
     figure = new_figure(height=4.6)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
@@ -32,13 +33,16 @@ def response_plot(monitors: Sequence[str], points: Sequence[ResponsePoint], titl
         itertools.cycle(CURVES), names.items(), strict=False
     ):
         for own in _curves(points, level):
-            style = {"color": colour, "lw": 1.2}
             frequency, amplitude, phase = _columns(own, place)
-            above.plot(frequency, unit.factor * amplitude, label=name, **style)
-            below.plot(frequency, _without_jumps(phase), **style)
+            stable = np.array([each.judgement.stability in ("", "stable") for each in own])
+            for axes, values in ((above, unit.factor * amplitude), (below, _without_jumps(phase))):
+                axes.plot(frequency, values, ls="--", lw=0.8, color=colour)
+                full = np.where(stable, values, np.nan)
+                axes.plot(frequency, full, lw=1.4, color=colour, label=name)
             name = "_"
     above.set_yscale("log")
-    label(above, "", f"amplitude, 0-peak  ({unit.name})")
+    several = len({level for level, _ in names}) > 1
+    label(above, "", f"amplitude{f' of {monitors[0]}' if several else ''}, 0-peak  ({unit.name})")
     label(below, "frequency  (Hz)", "lag  (deg)")
     phases = np.array([point.phase for point in points])
     below.set_ylim(-5, 365 if np.nanmax(phases, initial=0.0) > 180.5 else 185)
@@ -55,7 +59,7 @@ def _names(
     """Names of what is drawn, by level and number of the place."""
     levels = list(dict.fromkeys(point.level for point in points))
     if len(levels) > 1:
-        return {(level, 0): f"{monitors[0]}, level {level:g}" for level in levels}
+        return {(level, 0): f"level {level:g}" for level in levels}
     every = range(len(monitors))
     others = len(monitors) - len(points[0].gap)
     places = (*every[:others], most_moved(points, every[others:]))

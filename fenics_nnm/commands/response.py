@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fenics_nnm.response.levels import Response
+    from fenics_nnm.response.phase_resonance import DampedBackbone
     from fenics_nnm.response.structure import DrivenStructure
 
 
@@ -60,6 +61,10 @@ def _response(arguments: argparse.Namespace) -> int:
         found = on_root(comm, driven_motions, study, structure, stages)
         on_root(comm, write_response, folder, structure.monitors, found, title=study.title)
     console.print(peak_table(structure, found, study.title))
+    if found.backbone.points:
+        console.print(resonance_table(found))
+    for reason in _short_of(found.backbone):
+        show(console, f"damped backbone: {reason}")
     show(console, f"results in {folder}")
     if comm.rank == 0:
         for line in _incomplete(found):
@@ -85,6 +90,16 @@ def _incomplete(found: Response) -> Iterator[str]:
         yield f"the curve ends: {reason}"
 
 
+def _short_of(backbone: DampedBackbone) -> Iterator[str]:
+    """What a damped backbone lacks, a line each; the response is complete without."""
+    if refuted := backbone.refuted:
+        yield (
+            f"{len(refuted)} of {len(backbone.points)} points are no motions, the first at level "
+            f"{refuted[0].point.level:g}: {refuted[0].point.reason}"
+        )
+    yield from backbone.reasons
+
+
 def peak_table(structure: DrivenStructure, found: Response, title: str = "") -> Table:
     """Peaks of each curve, of the excited and further places and the contact point moved most."""
     levels = len({point.level for point in found.points}) > 1
@@ -100,4 +115,21 @@ def peak_table(structure: DrivenStructure, found: Response, title: str = "") -> 
             f"{peak.amplitude:.4g}",
             f"{peak.phase:.2f}",
         )
+    return table
+
+
+def resonance_table(found: Response) -> Table:
+    """Phase resonances at the levels of the curves."""
+    table = Table(box=None, padding=(0, 3, 0, 0))
+    for heading in ("phase resonance at level", "frequency (Hz)", "force (N)", "damping ratio"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    levels = {point.level for point in found.points}
+    for each in found.backbone.points:
+        if each.point.level in levels:
+            table.add_row(
+                f"{each.point.level:g}",
+                f"{each.point.frequency:.6g}",
+                f"{each.force:.4g}",
+                f"{each.damping_ratio:.4g}",
+            )
     return table

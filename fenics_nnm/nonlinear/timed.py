@@ -8,6 +8,7 @@ work then, so that over a period of a driven motion the work that is put in is t
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
@@ -51,7 +52,7 @@ class TimedEquations:
             object.__setattr__(self, name, getattr(sampled, name))
 
     @classmethod
-    def of(cls, mechanics: Mechanics, series: FourierSeries) -> TimedEquations:
+    def of(cls, mechanics: Mechanics, series: FourierSeries) -> Self:
         """Equations of a model whose contact points move with the coordinates alone."""
         return cls(mechanics, series, np.zeros((len(series.order), mechanics.model.points)))
 

@@ -1,18 +1,19 @@
-"""response.csv and response.png: the motions of a driven structure."""
+"""response.csv, resonance.csv and response.png: the motions of a driven structure."""
 
 from __future__ import annotations
 
 import csv
 import io
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.pictures.response import response_plot
 from fenics_nnm.output.pictures.style import DPI
+from fenics_nnm.output.resonance_report import known, resonance_table
 from fenics_nnm.response.levels import Response
+from fenics_nnm.response.phase_resonance import DampedBackbone
 from fenics_nnm.response.point import ResponsePoint
 from fenics_nnm.results.durable import replacing, write_whole
 
@@ -42,6 +43,8 @@ COLUMNS = (
 def write_response(folder: Path, monitors: Sequence[str], found: Response, *, title: str) -> None:
     """Write the motions of a driven structure, and their picture, to a folder.
 
+    A resonance.csv of before goes where there is no damped backbone.
+
     Raises:
         OutputError: if they cannot be written.
     """
@@ -54,24 +57,32 @@ def write_response(folder: Path, monitors: Sequence[str], found: Response, *, ti
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(folder / "response.csv", text.getvalue().encode())
+        _write_backbone(folder / "resonance.csv", found.backbone)
         with replacing(folder / "response.png") as part:
-            response_plot(monitors, found.points, title).savefig(part, format="png", dpi=DPI)
+            response_plot(monitors, found, title).savefig(part, format="png", dpi=DPI)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
 
+def _write_backbone(file: Path, backbone: DampedBackbone) -> None:
+    if backbone.points:
+        write_whole(file, resonance_table(backbone).encode())
+    else:
+        file.unlink(missing_ok=True)
+
+
 def _rows(monitors: Sequence[str], point: ResponsePoint, number: int) -> Iterator[list[str]]:
     """Rows of a motion, one for each place that is watched; empty where there is no number."""
-    known = point.displacements
+    moved = point.displacements
     others = len(monitors) - len(point.gap)
     gaps = [point.gap.min()] * others + list(point.gap)
     for place, monitor in enumerate(monitors):
         numbers = (
             point.amplitude[place],
             point.phase[place],
-            known.highest[place],
-            known.lowest[place],
-            known.contact[place],
+            moved.highest[place],
+            moved.lowest[place],
+            moved.contact[place],
             gaps[place],
         )
         yield [
@@ -79,18 +90,13 @@ def _rows(monitors: Sequence[str], point: ResponsePoint, number: int) -> Iterato
             str(point.branch),
             str(number),
             f"{point.frequency:.12g}",
-            _number(point.speed),
+            known(point.speed),
             monitor,
-            *(_number(value) if point.found else "" for value in numbers),
-            _number(point.judgement.largest_multiplier),
+            *(known(value) if point.found else "" for value in numbers),
+            known(point.judgement.largest_multiplier),
             point.judgement.stability,
             f"{point.imbalance:.2e}" if point.found else "",
             point.event,
             point.status,
             point.reason,
         ]
-
-
-def _number(value: float) -> str:
-    """A number in 12 digits; nothing for one that is not known."""
-    return "" if math.isnan(value) else f"{value:.12g}"

@@ -24,6 +24,9 @@ class Judge(Protocol):
     def of_contact(self, series: FourierSeries, q: Array, omega: float) -> Judgement:
         """What is known of a motion with contact, or nearly so, of coefficients (c, J)."""
 
+    def under(self, mechanics: Mechanics) -> Judge:
+        """What judges motions of the same structure under other forces."""
+
 
 class Unjudged:
     """Nothing more is known than that the harmonic equations are solved."""
@@ -35,6 +38,10 @@ class Unjudged:
     def of_contact(self, series: FourierSeries, q: Array, omega: float) -> Judgement:
         """Converged."""
         return Judgement(Status.CONVERGED)
+
+    def under(self, mechanics: Mechanics) -> Unjudged:
+        """The same."""
+        return self
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +74,12 @@ class JudgeInTime:
         return Judgement(
             Status(found.status), found.reason, found.largest_multiplier, found.stability
         )
+
+    def under(self, mechanics: Mechanics) -> JudgeInTime:
+        """The same, with what is known of stages of contact, under other forces."""
+        other = JudgeInTime(mechanics)
+        object.__setattr__(other, "flow", self.flow.driven_by(other.flow.drive))
+        return other
 
 
 def judge_of(mechanics: Mechanics) -> Judge:

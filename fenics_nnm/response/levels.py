@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from fenics_nnm.response.curve import curve
 from fenics_nnm.response.driven import open_response
 from fenics_nnm.response.open_peaks import open_peaks
 from fenics_nnm.response.peaks import Peak, curve_peaks
+from fenics_nnm.response.phase_resonance import DampedBackbone
 from fenics_nnm.response.point import Judgement, ResponsePoint, Status
 from fenics_nnm.response.structure import DrivenStructure
 
@@ -25,11 +26,13 @@ class Response:
         points: Its points: those of each level in the order of their curves.
         peaks: Peaks of the amplitudes, level by level.
         reasons: Why curves do not reach from the lowest frequency to the highest one.
+        backbone: Motions in phase resonance; none if they were not asked for.
     """
 
     points: tuple[ResponsePoint, ...]
     peaks: tuple[Peak, ...] = ()
     reasons: tuple[str, ...] = ()
+    backbone: DampedBackbone = field(default_factory=DampedBackbone)
 
     @property
     def missing(self) -> tuple[ResponsePoint, ...]:
@@ -39,7 +42,7 @@ class Response:
     @property
     def refuted(self) -> tuple[ResponsePoint, ...]:
         """Points with amplitudes that are no motions of the structure."""
-        return tuple(p for p in self.points if p.found and p.status is Status.FAILED)
+        return tuple(point for point in self.points if point.refuted)
 
     def at_level(self, level: float) -> tuple[ResponsePoint, ...]:
         """Points of a level."""

@@ -107,6 +107,11 @@ class ResponsePoint:
         return bool(np.isfinite(self.displacements.first).all())
 
     @property
+    def refuted(self) -> bool:
+        """Whether there are amplitudes of what is no motion of the structure."""
+        return self.found and self.status is Status.FAILED
+
+    @property
     def omega(self) -> float:
         """Circular frequency in rad/s."""
         return 2 * np.pi * self.frequency

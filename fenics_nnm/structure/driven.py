@@ -14,6 +14,7 @@ from fenics_nnm.mechanics.hysteretic import HystereticPart
 from fenics_nnm.mechanics.linear_part import LinearPart, RatedPart
 from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.response.levels import Response, response
+from fenics_nnm.response.phase_resonance import DampedBackbone, damped_backbone
 from fenics_nnm.response.structure import (
     NO_FLEXIBILITY,
     Drive,
@@ -80,7 +81,25 @@ def driven_motions(
         )
     per_hertz = speed_per_hertz(study)
     points = [replace(each, speed=per_hertz * each.frequency) for each in found.points]
-    return replace(found, points=tuple(points))
+    backbone = _backbone(study, structure, series, stages).at_speeds(per_hertz)
+    return replace(found, points=tuple(points), backbone=backbone)
+
+
+def _backbone(
+    study: Study, structure: DrivenStructure, series: FourierSeries, stages: Stages
+) -> DampedBackbone:
+    """The motions in phase resonance, if a study asks for them."""
+    assert study.response is not None  # refused by `driven_structure`
+    if not study.response.backbone:
+        return DampedBackbone()
+    with stages.stage("damped backbone"):
+        return damped_backbone(
+            structure,
+            series,
+            wanted_frequencies(study),
+            study.response.levels,
+            on_progress=stages.report,
+        )
 
 
 def wanted_frequencies(study: Study) -> Array:

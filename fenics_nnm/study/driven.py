@@ -164,6 +164,9 @@ class ResponseSection(Record):
         None, description="range { from, to, step } in rad/s, for excitation by engine orders"
     )
     levels: Levels = Field((1.0,), description="list of factors of all forces, positive")
+    backbone: bool = Field(
+        True, description="whether motions in phase resonance are followed up to the highest level"
+    )
 
     @model_validator(mode="after")
     def _one_range(self) -> ResponseSection:

@@ -105,7 +105,11 @@ def test_two_masses_have_amplitude_and_phase_of_the_closed_form(
         np.testing.assert_allclose(np.array(found["smallest_gap_m"], float), gap, rtol=1e-10)
     picture = matplotlib.image.imread(folder / "response.png")
     assert picture[:, :, :3].std() > 0.03
-    assert sorted(path.name for path in folder.iterdir()) == ["response.csv", "response.png"]
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "resonance.csv",
+        "response.csv",
+        "response.png",
+    ]
 
 
 def test_table_on_the_terminal_has_the_peaks(two: StudyFile, command: Command) -> None:

@@ -10,21 +10,33 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.output.pictures.style import CURVES, GREY, label, legend_below, new_figure, unit_for
+from fenics_nnm.output.pictures.style import (
+    BLACK,
+    CURVES,
+    GREY,
+    label,
+    legend_below,
+    new_figure,
+    unit_for,
+)
+from fenics_nnm.response.levels import Response
 from fenics_nnm.response.peaks import most_moved
+from fenics_nnm.response.phase_resonance import DampedBackbone
 from fenics_nnm.response.point import ResponsePoint
 
 #: Phases at which the axis has ticks, in degrees.
 _QUARTERS = (0, 90, 180, 270, 360)
 
 
-def response_plot(monitors: Sequence[str], points: Sequence[ResponsePoint], title: str) -> Figure:
+def response_plot(monitors: Sequence[str], found: Response, title: str) -> Figure:
     """Amplitude and phase of all levels, of places that are watched.
 
     These are the excited and further places, and the contact point that moves most; with several
     levels the first of them alone. Unstable motions are dashed. Bands are frequencies without
     amplitudes.
+    The damped backbone is that of the first place.
     """
+    points = found.points
     figure = new_figure(height=4.6)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     unit = unit_for(np.array([point.amplitude for point in points]), "m")
@@ -40,6 +52,7 @@ def response_plot(monitors: Sequence[str], points: Sequence[ResponsePoint], titl
                 full = np.where(stable, values, np.nan)
                 axes.plot(frequency, full, lw=1.4, color=colour, label=name)
             name = "_"
+    _show_backbone(above, found.backbone, unit.factor)
     above.set_yscale("log")
     several = len({level for level, _ in names}) > 1
     label(above, "", f"amplitude{f' of {monitors[0]}' if several else ''}, 0-peak  ({unit.name})")
@@ -51,6 +64,16 @@ def response_plot(monitors: Sequence[str], points: Sequence[ResponsePoint], titl
     above.set_title(title, fontsize=9)
     legend_below(figure, above, columns=3)
     return figure
+
+
+def _show_backbone(axes: Axes, backbone: DampedBackbone, factor: float) -> None:
+    """Amplitudes of the first place in phase resonance, over everything else."""
+    name = "damped backbone"
+    for _, own in itertools.groupby(backbone.points, key=lambda each: each.point.branch):
+        points = [each.point for each in own]
+        frequency, amplitude, _ = _columns(points, 0)
+        axes.plot(frequency, factor * amplitude, ":", color=BLACK, lw=1.2, zorder=3, label=name)
+        name = "_"
 
 
 def _names(

@@ -25,7 +25,7 @@ from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.nonlinear.conditions import FREQUENCY, GAMMA, FixedEnergy
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Newton, solve
-from fenics_nnm.nonlinear.resonant import LEVEL, ResonantEquations
+from fenics_nnm.nonlinear.resonant import LEVEL, FixedLevel, ResonantEquations
 from fenics_nnm.nonlinear.solution import Solution, evaluated
 from fenics_nnm.response.driven import NothingTouches, point_of
 from fenics_nnm.response.judge import Judge, judge_of
@@ -44,6 +44,9 @@ _FALLS_TO = 0.5
 
 #: Newton's iteration to the first motion.
 _FIRST = Newton(tolerance=1e-12, round_off=1e-10, iterations=40)
+
+#: Levels that differ by less than this part are the same.
+_SAME = 1e-9
 
 #: Part of the unit step along the curve over which the slope of the level is taken.
 _STEP = 1e-6
@@ -80,6 +83,17 @@ class DampedBackbone:
     def refuted(self) -> tuple[Resonance, ...]:
         """Points that are no motions of the structure."""
         return tuple(each for each in self.points if each.point.refuted)
+
+    def followed_by(self, other: DampedBackbone) -> DampedBackbone:
+        """The points and reasons of both."""
+        return DampedBackbone(self.points + other.points, self.reasons + other.reasons)
+
+    def numbered(self, branch: int) -> DampedBackbone:
+        """The same as a branch of a number."""
+        points = (replace(each, point=replace(each.point, branch=branch)) for each in self.points)
+        return DampedBackbone(
+            tuple(points), tuple(f"branch {branch}: {reason}" for reason in self.reasons)
+        )
 
     def at_speeds(self, per_hertz: float) -> DampedBackbone:
         """The same with the speeds of rotation, in rad/s per Hz, that go with the frequencies."""
@@ -122,14 +136,11 @@ def damped_backbone(
     starts = list(linear_resonances(structure, follower.equations, frequencies))
     if not starts:
         return DampedBackbone((), ("there is no phase resonance within the frequencies",))
-    points: list[Resonance] = []
-    reasons = []
+    found = DampedBackbone()
     for number, start in enumerate(starts, start=1):
-        branch = follower.branch(start)
-        points += (_numbered(each, number) for each in branch.points)
-        reasons += [f"branch {number}, {reason}" for reason in branch.reasons]
+        found = found.followed_by(follower.branch(start).numbered(number))
         on_progress(number / len(starts))
-    return DampedBackbone(tuple(points), tuple(reasons))
+    return found
 
 
 def _objection(structure: DrivenStructure) -> str:
@@ -141,10 +152,6 @@ def _objection(structure: DrivenStructure) -> str:
     if structure.model.gap.min(initial=np.inf) <= 0:
         return "contact points touch at rest: there is no phase resonance without contact"
     return ""
-
-
-def _numbered(resonance: Resonance, branch: int) -> Resonance:
-    return replace(resonance, point=replace(resonance.point, branch=branch))
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,21 +176,28 @@ class ResonanceFollower:
 
     def branch(self, linear: LinearResonance) -> DampedBackbone:
         """The motions that begin with a linear one."""
-        opened = tuple(self._opened(linear))
+        opened = DampedBackbone(tuple(self._opened(linear)))
         if linear.grazing >= self.highest and not self.structure.forces:
-            return DampedBackbone(opened)
-        if self.structure.objection:
-            return DampedBackbone(opened, (f"at first contact: {self.structure.objection}",))
+            return opened
+        if objection := self.structure.objection:
+            return opened.followed_by(DampedBackbone((), (f"at first contact: {objection}",)))
+        return opened.followed_by(self._beyond(linear))
+
+    def _beyond(self, linear: LinearResonance) -> DampedBackbone:
+        """Those beyond first contact."""
         start = self._start(linear)
         if start.failure or LEVEL.value(start) >= self.highest:
             why = start.failure or "it has a higher level than the highest"
             where = f"beyond level {linear.grazing:.6g} no motion was found: {why}"
-            return DampedBackbone(opened, (where,))
-        steps = self._trace(start)
-        points = tuple(self._followed(steps))
+            return DampedBackbone((), (where,))
+        near, steps = self._near(linear, start), self._trace(start)
+        found = tuple(self._point(each) for each in near.values() if each.converged)
+        lost = [f"level {level:g}: {each.failure}" for level, each in near.items() if each.failure]
+        points = (*found, *self._followed(steps))
         end = points[-1].point
-        where = f"ends at level {end.level:.6g}, {end.frequency:.6g} Hz: {steps.reason}"
-        return DampedBackbone(opened + points, () if end.level == self.highest else (where,))
+        if end.level != self.highest:
+            lost += [f"ends at level {end.level:.6g}, {end.frequency:.6g} Hz: {steps.reason}"]
+        return DampedBackbone(points, tuple(lost))
 
     @property
     def highest(self) -> float:
@@ -217,7 +231,7 @@ class ResonanceFollower:
         for level in self.levels:
             if level < linear.grazing:
                 yield self._open_point(linear, level)
-        if linear.grazing <= self.levels[-1]:
+        if linear.grazing <= self.highest:
             yield self._open_point(linear, linear.grazing, "first contact")
 
     def _open_point(self, linear: LinearResonance, level: float, event: str = "") -> Resonance:
@@ -225,6 +239,15 @@ class ResonanceFollower:
             self.structure.mechanics, self.equations.series, NothingTouches()
         )
         return self._point(evaluated(opened, linear.at_level(level)), event)
+
+    def _near(self, linear: LinearResonance, start: Solution) -> dict[float, Solution]:
+        """Motions at wanted levels between first contact and where the curve is followed from."""
+        low, high = linear.grazing, LEVEL.value(start)
+        return {
+            level: solve(self.equations, FixedLevel(level), start.at, options=_FIRST)
+            for level in self.levels
+            if low < level < high and not self.structure.forces
+        }
 
     def _trace(self, start: Solution) -> Trace:
         lowest = _FALLS_TO * LEVEL.value(start)
@@ -250,9 +273,9 @@ class ResonanceFollower:
         for each in itertools.chain((TracePoint(steps.start, 0.0),), steps):
             yield self._point(each.solution, each.event.kind if each.event else "")
 
-    def _point(self, solution: Solution, event: str) -> Resonance:
+    def _point(self, solution: Solution, event: str = "") -> Resonance:
         """A motion, and what is known of it."""
-        level, series = LEVEL.value(solution), self.equations.series
+        level, series = self._snapped(LEVEL.value(solution)), self.equations.series
         driven = self.structure.at_level(level)
         judge = self.judge.under(driven.mechanics)
         if self.structure.forces or solution.forces.force.any():
@@ -264,3 +287,8 @@ class ResonanceFollower:
             force=float(abs(driven.drive.amplitudes[0])),
             damping_ratio=self.equations.damping_ratio(solution.at),
         )
+
+    def _snapped(self, level: float) -> float:
+        """A level without the round-off by which it differs from a wanted one."""
+        nearest = min(self.levels, key=lambda wanted: abs(level - wanted))
+        return nearest if abs(level / nearest - 1) < _SAME else level

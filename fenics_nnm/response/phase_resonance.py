@@ -4,7 +4,7 @@ All modes are damped as they are, and the force is in phase with the velocity, s
 `nonlinear.resonant`. Every point is a driven motion at its own level of the forces, and judged like
 those of a response; the peaks of the responses lie on the curve. It begins without contact, where
 it is a closed form, and is followed from a little beyond the level at which the first gap is closed
-until a level or a frequency leaves its range.
+to a little beyond the highest level, or until a frequency leaves its range.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import CurvePoint, Problem
 from fenics_nnm.continuation.events import BRANCH_POINT, EventTest
 from fenics_nnm.continuation.heading import Rising
-from fenics_nnm.continuation.trace import Trace, TracePoint, trace
+from fenics_nnm.continuation.trace import End, Trace, TracePoint, trace
 from fenics_nnm.continuation.trace_options import ArcLength, Bound, Range
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.nonlinear.conditions import FREQUENCY, GAMMA, FixedEnergy
@@ -41,6 +41,9 @@ _LOWEST = 0.01
 
 #: The level may fall to this part of that where the curve begins.
 _FALLS_TO = 0.5
+
+#: The curve is followed to this multiple of the highest level: it may come back from a fold there.
+_RISES_TO = 1.25
 
 #: Newton's iteration to the first motion.
 _FIRST = Newton(tolerance=1e-12, round_off=1e-10, iterations=40)
@@ -186,16 +189,16 @@ class ResonanceFollower:
     def _beyond(self, linear: LinearResonance) -> DampedBackbone:
         """Those beyond first contact."""
         start = self._start(linear)
-        if start.failure or LEVEL.value(start) >= self.highest:
-            why = start.failure or "it has a higher level than the highest"
+        if start.failure or not 0 < LEVEL.value(start) < self.highest:
+            why = start.failure or f"only one at level {LEVEL.value(start):.6g}"
             where = f"beyond level {linear.grazing:.6g} no motion was found: {why}"
             return DampedBackbone((), (where,))
         near, steps = self._near(linear, start), self._trace(start)
         found = tuple(self._point(each) for each in near.values() if each.converged)
         lost = [f"level {level:g}: {each.failure}" for level, each in near.items() if each.failure]
         points = (*found, *self._followed(steps))
-        end = points[-1].point
-        if end.level != self.highest:
+        end, top = points[-1].point, max(each.point.level for each in points)
+        if top < self.highest or steps.end is not End.LEFT_RANGE:
             lost += [f"ends at level {end.level:.6g}, {end.frequency:.6g} Hz: {steps.reason}"]
         return DampedBackbone(points, tuple(lost))
 
@@ -205,14 +208,17 @@ class ResonanceFollower:
         return self.levels[-1]
 
     def _start(self, linear: LinearResonance) -> Solution:
-        """The motion from which the curve is followed, of the energy of a linear one."""
+        """The motion from which the curve is followed: of the energy of a linear one, or its level.
+
+        At first contact either may hardly change along the curve, or turn back.
+        """
         tries = []
         for level in self._first_levels(linear):
             guess = linear.at_level(level)
-            condition = FixedEnergy(self.equations.energy.gamma(guess))
-            tries.append(solve(self.equations, condition, guess, options=_FIRST))
-            if tries[-1].converged and LEVEL.value(tries[-1]) < self.highest:
-                break
+            for condition in (FixedEnergy(self.equations.energy.gamma(guess)), FixedLevel(level)):
+                tries.append(solve(self.equations, condition, guess, options=_FIRST))
+                if tries[-1].converged and 0 < LEVEL.value(tries[-1]) < self.highest:
+                    return tries[-1]
         return tries[-1]
 
     def _first_levels(self, linear: LinearResonance) -> Iterator[float]:
@@ -250,14 +256,14 @@ class ResonanceFollower:
         }
 
     def _trace(self, start: Solution) -> Trace:
-        lowest = _FALLS_TO * LEVEL.value(start)
+        lowest, top = _FALLS_TO * LEVEL.value(start), _RISES_TO * self.highest
         return trace(
             Problem.of(self.equations, self.options.newton),
             start,
             Rising(GAMMA),
             options=self.options,
             bounds=(
-                Bound(LEVEL, Range(lowest, self.highest, self.levels)),
+                Bound(LEVEL, Range(lowest, top, self.levels)),
                 Bound(FREQUENCY, Range(float(self.range[0]), float(self.range[1]))),
             ),
             events=(EventTest("fold in level", self._level_slope), BRANCH_POINT),

@@ -67,7 +67,7 @@ def test_oscillator_with_a_stop_resonates_at_the_peak_of_the_exact_response() ->
 def test_oscillator_without_contact_is_the_closed_form() -> None:
     found = damped_backbone(oscillator(), FourierSeries(4, 32), hertz(0.9, 1.5), (0.3, 0.41))
     low, touch = found.points[:2]
-    assert found.points[-1].point.level == 0.41
+    assert at_level(found.points, 0.41).point.omega > 1.001
     near = damped_backbone(oscillator(), FourierSeries(4, 32), hertz(0.9, 1.5), (0.401, 0.41))
     assert at_level(near.points, 0.401).point.displacements.contact[0] > 0
     assert low.point.omega == pytest.approx(1.0, rel=1e-12)
@@ -141,6 +141,7 @@ def test_what_has_no_backbone_says_why() -> None:
     assert beside.reasons == ("there is no phase resonance within the frequencies",)
     near = damped_backbone(oscillator(), series, hertz(0.9, 1.1), (1.0,))
     assert "omega leaves its range at 1.1" in near.reasons[0]
+    assert max(each.point.level for each in near.points) < 1
     few = ArcLength(points=3)
     short = damped_backbone(oscillator(), series, frequencies, (1.0,), options=few)
     assert len(short.points) == 5 and "points = 3 steps were taken" in short.reasons[0]
@@ -165,7 +166,7 @@ def test_command_writes_the_backbone_if_it_is_wanted(
     file = Path("results/study-response/resonance.csv")
     with file.open() as text:
         rows = list(csv.DictReader(text))
-    assert [float(row["level"]) for row in (rows[0], rows[-1])] == pytest.approx([0.3, 0.45])
+    assert rows[0]["level"] == "0.3" and "0.45" in {row["level"] for row in rows}
     for row in rows:
         loss = 0.02 * float(row["frequency_Hz"]) * 2 * np.pi * float(row["amplitude_m"])
         assert float(row["resonance_force_N"]) == pytest.approx(0.05 * float(row["level"]))

@@ -113,6 +113,7 @@ def damped_backbone(
     frequencies: Array,
     levels: Sequence[float],
     *,
+    judge: Judge | None = None,
     options: ArcLength | None = None,
     on_progress: Callable[[float], None] = lambda part: None,
 ) -> DampedBackbone:
@@ -123,6 +124,7 @@ def damped_backbone(
         series: Series in time.
         frequencies: Wanted frequencies in Hz, ascending, shape (f,).
         levels: Factors of the forces, each of which has a point where the curve passes it.
+        judge: What judges its motions; by default integration in time, where there is such.
         options: Steps of the continuation.
         on_progress: Called with the part that is done.
     """
@@ -131,7 +133,7 @@ def damped_backbone(
     follower = ResonanceFollower(
         structure,
         ResonantEquations.of(structure.mechanics, series),
-        judge_of(structure.mechanics),
+        judge or judge_of(structure.mechanics),
         2 * np.pi * frequencies[[0, -1]],
         tuple(sorted(levels)),
         options or ArcLength(),

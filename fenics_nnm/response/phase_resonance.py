@@ -22,11 +22,12 @@ from fenics_nnm.continuation.heading import Rising
 from fenics_nnm.continuation.trace import End, Trace, TracePoint, trace
 from fenics_nnm.continuation.trace_options import ArcLength, Bound, Range
 from fenics_nnm.mechanics.fourier import FourierSeries
-from fenics_nnm.nonlinear.conditions import FREQUENCY, GAMMA, FixedEnergy
+from fenics_nnm.nonlinear.conditions import FREQUENCY, GAMMA, Condition, FixedEnergy
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.newton import Newton, solve
 from fenics_nnm.nonlinear.resonant import LEVEL, FixedLevel, ResonantEquations
 from fenics_nnm.nonlinear.solution import Solution, evaluated
+from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.response.driven import NothingTouches, point_of
 from fenics_nnm.response.judge import Judge, judge_of
 from fenics_nnm.response.linear_resonances import LinearResonance, linear_resonances
@@ -214,14 +215,17 @@ class ResonanceFollower:
 
         At first contact either may hardly change along the curve, or turn back.
         """
-        tries = []
-        for level in self._first_levels(linear):
-            guess = linear.at_level(level)
-            for condition in (FixedEnergy(self.equations.energy.gamma(guess)), FixedLevel(level)):
-                tries.append(solve(self.equations, condition, guess, options=_FIRST))
-                if tries[-1].converged and 0 < LEVEL.value(tries[-1]) < self.highest:
-                    return tries[-1]
-        return tries[-1]
+        guesses = [linear.at_level(level) for level in self._first_levels(linear)]
+        energy = self.equations.energy.gamma
+        conditions: list[tuple[Condition, Unknowns]] = [
+            *((FixedEnergy(energy(guess)), guess) for guess in guesses),
+            *((FixedLevel(float(guess.parameters[1])), guess) for guess in guesses),
+        ]
+        for condition, guess in conditions:
+            found = solve(self.equations, condition, guess, options=_FIRST)
+            if found.converged and 0 < LEVEL.value(found) < self.highest:
+                break
+        return found
 
     def _first_levels(self, linear: LinearResonance) -> Iterator[float]:
         """Levels of the linear motions whose energies are tried."""

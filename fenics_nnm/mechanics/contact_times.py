@@ -15,7 +15,7 @@ is a harmonic series in time for each set. A point closes where its y_c passes z
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -38,6 +38,43 @@ _STEPS = 60
 _POINTS_A_HARMONIC, _MORE_POINTS = 0.6, 10
 
 
+#: So many rows of margins are kept for further motions.
+_KEPT = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """How far points are from a change of contact, by what moves them; kept from call to call.
+
+    Attributes:
+        R: Residual flexibility, shape (n_c, n_c).
+    """
+
+    R: Array
+    _known: dict[tuple[bytes, int], Array] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def row(self, closed: Mask, point: int) -> Array:
+        """Derivative of y of a point by p - g with a set in contact, shape (n_c,)."""
+        key = (closed.tobytes(), point)
+        if key not in self._known:
+            if len(self._known) >= _KEPT:
+                self._known.clear()
+            self._known[key] = self._row(closed, point)
+        return self._known[key]
+
+    def _row(self, closed: Mask, point: int) -> Array:
+        row = np.zeros(len(closed))
+        if not closed[point]:
+            row[point] = 1.0
+        A = np.flatnonzero(closed)
+        if len(A):
+            side = self.R[point, A] if not closed[point] else (A == point).astype(float)
+            row[A] -= np.linalg.solve(self.R[np.ix_(A, A)], side)
+        return row
+
+
 @dataclass(frozen=True, slots=True)
 class FreeMotion:
     """Free displacement of contact points over a period, and what they meet.
@@ -46,11 +83,18 @@ class FreeMotion:
         series: Series in time.
         harmonics: Coefficients of the free displacement p, shape (c, n_c).
         law: Contact law, with R and gaps.
+        margins: Distances from changes of contact under this law.
     """
 
     series: FourierSeries
     harmonics: Array
     law: Complementarity
+    margins: Margins
+
+    @classmethod
+    def of(cls, series: FourierSeries, harmonics: Array, law: Complementarity) -> FreeMotion:
+        """A motion under a law of which nothing is kept."""
+        return cls(series, harmonics, law, Margins(law.R))
 
     def sets_at(self, phase: Array) -> Mask:
         """Points in contact at some phases, shape (s, n_c)."""
@@ -58,13 +102,7 @@ class FreeMotion:
 
     def margin(self, closed: Mask, point: int) -> tuple[Array, float]:
         """Coefficients (c,) and offset of y of a point with a set in contact; see the module."""
-        row = np.zeros(len(closed))
-        if not closed[point]:
-            row[point] = 1.0
-        A = np.flatnonzero(closed)
-        if len(A):
-            side = self.law.R[point, A] if not closed[point] else (A == point).astype(float)
-            row[A] -= np.linalg.solve(self.law.R[np.ix_(A, A)], side)
+        row = self.margins.row(closed, point)
         return self.harmonics @ row, float(-row @ self.law.gap)
 
 
@@ -164,7 +202,8 @@ def _changes(motion: FreeMotion, grid: Grid) -> list[tuple[float, Mask]]:
     """Phases at which points open or close, in order, and the sets in contact from then on.
 
     Of several points that change between two phases of the grid the first one changes first; it
-    moves the others, whose changes are looked for after it.
+    moves the others, whose changes are looked for after it. Those that change at the same phase,
+    as on a symmetric structure, change at once.
     """
     following = np.roll(grid.closed, -1, axis=0)
     gaps = [
@@ -182,8 +221,8 @@ def _changes(motion: FreeMotion, grid: Grid) -> list[tuple[float, Mask]]:
         )
         for gap in left:
             own = [number for number, (each, _) in enumerate(pairs) if each is gap]
-            first = own[int(np.argmin(phases[own]))]
-            gap.change(float(phases[first]), pairs[first][1])
+            first = float(phases[own].min())
+            gap.change(first, [pairs[n][1] for n in own if phases[n] - first < _TOGETHER])
     return [change for gap in gaps for change in gap.found]
 
 
@@ -210,10 +249,10 @@ class _Gap:
         """Points that are still to change."""
         return np.flatnonzero(self.closed != self.after)
 
-    def change(self, phase: float, point: int) -> None:
-        """A point changes at a phase."""
+    def change(self, phase: float, points: list[int]) -> None:
+        """Some points change at a phase."""
         self.at, self.closed = phase, self.closed.copy()
-        self.closed[point] = self.after[point]
+        self.closed[points] = self.after[points]
         self.found.append((phase, self.closed))
 
 

@@ -14,9 +14,11 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import Complementarity, ContactForces, ContactLaw
-from fenics_nnm.mechanics.contact_times import FreeMotion, contact_points_in_time
+from fenics_nnm.mechanics.contact_times import FreeMotion, Margins, contact_points_in_time
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.mechanics import Mechanics
+from fenics_nnm.mechanics.force import SampledMotion
+from fenics_nnm.mechanics.tangent_by_sets import tangent_by_sets
 from fenics_nnm.nonlinear.border import Border
 from fenics_nnm.nonlinear.condensed import Condensation, eliminated, pays
 from fenics_nnm.nonlinear.equations import EnergyMeasure, HarmonicEquations
@@ -37,6 +39,7 @@ class TimedEquations:
     series: FourierSeries
     given: Array
     law: Complementarity = field(init=False, repr=False, compare=False)
+    margins: Margins = field(init=False, repr=False, compare=False)
     sampled: HarmonicEquations = field(init=False, repr=False, compare=False)
     energy: EnergyMeasure = field(init=False, repr=False, compare=False)
     static_flexibility: Array = field(init=False, repr=False, compare=False)
@@ -47,6 +50,7 @@ class TimedEquations:
         law = Complementarity(model.R, model.gap)
         sampled = HarmonicEquations(self.mechanics, self.series, law)
         object.__setattr__(self, "law", law)
+        object.__setattr__(self, "margins", Margins(model.R))
         object.__setattr__(self, "sampled", sampled)
         for name in ("energy", "static_flexibility", "free_phase"):
             object.__setattr__(self, name, getattr(sampled, name))
@@ -71,7 +75,7 @@ class TimedEquations:
 
     def forces(self, at: Unknowns, near: ContactForces | None = None) -> ContactForces:
         """Contact forces at the points of integration of a motion."""
-        motion = FreeMotion(self.series, self.free_harmonics(at), self.law)
+        motion = FreeMotion(self.series, self.free_harmonics(at), self.law, self.margins)
         at_samples = self.law(self.series.synthesis @ motion.harmonics)
         instants, closed = contact_points_in_time(motion, at_samples)
         if not len(closed):
@@ -86,7 +90,11 @@ class TimedEquations:
 
     def jacobian(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivative of the residual by q, shape (c J, c J), rows and columns (n, j)."""
-        return self.sampled.jacobian(at, forces)
+        matrix = tangent_by_sets(self.series, self.mechanics.model.Phi, forces)
+        self.sampled.linear(at).add_to(matrix)
+        for force in self.mechanics.forces:
+            matrix += force.tangent(SampledMotion(self.series, at.q, at.omega))
+        return matrix
 
     def slopes(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivatives of the residual by the parameters, shape (p, c, J)."""

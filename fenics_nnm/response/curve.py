@@ -24,6 +24,7 @@ from fenics_nnm.continuation.trace import End, Trace, TracePoint, trace
 from fenics_nnm.continuation.trace_options import ArcLength, Bound, Range
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.nonlinear.conditions import FREQUENCY, FixedFrequency
+from fenics_nnm.nonlinear.newton import Newton
 from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.nonlinear.timed import TimedEquations
 from fenics_nnm.response.driven import point_of
@@ -35,6 +36,12 @@ from fenics_nnm.response.structure import DrivenStructure
 
 #: A motion at a wanted frequency is farther from its guess than this part of a step: another one.
 _FARTHEST = 0.5
+
+#: Newton's iteration along the curve. The equations are smooth: where the line search does not lead
+#: on quickly the step along the curve is too long, and a shorter one is cheaper.
+_SHORT_STEPS = Newton(
+    tolerance=1e-12, round_off=1e-10, iterations=8, shortest_fraction=2.0**-2, leaps=0
+)
 
 #: Motions at one frequency that differ by less than this part of their size are the same.
 _SAME = 1e-6
@@ -78,7 +85,7 @@ def curve(
         TimedEquations.of(structure.mechanics, series),
         2 * np.pi * frequencies,
         judge or judge_of(structure.mechanics),
-        options or ArcLength(),
+        options or ArcLength(newton=_SHORT_STEPS),
     )
     rising = follower.followed(falls=False, on_progress=on_progress)
     if not rising.reason and follower.arrives_alone(rising.points[-1]):

@@ -28,7 +28,7 @@ def test_harmonics_are_those_of_very_many_samples(seed: int) -> None:
     series, law = FourierSeries(6, 48), Complementarity(R, GAP)
     decay = 1 / (1 + np.arange(13) % 7)[:, None]
     harmonics = np.random.default_rng(seed).normal(size=(13, 3)) * decay
-    rule, found = harmonics_of(FreeMotion(series, harmonics, law))
+    rule, found = harmonics_of(FreeMotion.of(series, harmonics, law))
     many = FourierSeries(6, 200_000)
     expected = many.analysis @ law(many.synthesis @ harmonics).force
     assert np.abs(expected).max() > 0.05
@@ -42,7 +42,7 @@ def test_force_of_one_point_is_the_closed_form() -> None:
     harmonics = np.zeros((7, 1))
     harmonics[1] = 1.0
     law = Complementarity(np.array([[0.25]]), np.array([np.cos(a)]))
-    rule, found = harmonics_of(FreeMotion(series, harmonics, law))
+    rule, found = harmonics_of(FreeMotion.of(series, harmonics, law))
     assert found[0, 0] == pytest.approx((np.sin(a) - a * np.cos(a)) / (np.pi * 0.25), rel=1e-14)
     assert rule.share.sum() == pytest.approx(2 * a / (2 * np.pi), rel=1e-14)
 
@@ -55,7 +55,7 @@ def test_contact_between_two_samples_is_found() -> None:
     harmonics[1], harmonics[4] = np.cos(shift), np.sin(shift)
     law = Complementarity(np.array([[1.0]]), np.array([np.cos(a)]))
     assert not law(series.synthesis @ harmonics).force.any()
-    _, found = harmonics_of(FreeMotion(series, harmonics, law))
+    _, found = harmonics_of(FreeMotion.of(series, harmonics, law))
     assert found[0, 0] == pytest.approx((np.sin(a) - a * np.cos(a)) / np.pi, rel=1e-9)
 
 
@@ -66,7 +66,7 @@ def test_lift_off_between_two_samples_is_found() -> None:
     harmonics[1], harmonics[4] = -np.cos(shift), -np.sin(shift)
     law = Complementarity(np.array([[1.0]]), np.array([-np.cos(a)]))
     assert (law(series.synthesis @ harmonics).force > 0).all()
-    rule, _ = harmonics_of(FreeMotion(series, harmonics, law))
+    rule, _ = harmonics_of(FreeMotion.of(series, harmonics, law))
     assert rule.share.sum() == pytest.approx(1 - a / np.pi, rel=1e-12)
 
 
@@ -75,7 +75,7 @@ def test_two_points_may_close_at_one_instant() -> None:
     harmonics = np.zeros((7, 2))
     harmonics[1] = 1.0
     law = Complementarity(np.diag([1.0, 2.0]), np.array([0.5, 0.5]))
-    rule, found = harmonics_of(FreeMotion(series, harmonics, law))
+    rule, found = harmonics_of(FreeMotion.of(series, harmonics, law))
     assert found[0, 0] == pytest.approx(2 * found[0, 1], rel=1e-8)
     assert rule.share.sum() == pytest.approx(1 / 3, rel=1e-8)
 
@@ -85,7 +85,7 @@ def test_points_that_stay_closed_have_the_whole_period() -> None:
     harmonics = np.zeros((7, 1))
     harmonics[:3, 0] = 2.0, 0.5, 0.3
     rule, found = harmonics_of(
-        FreeMotion(series, harmonics, Complementarity(np.array([[0.5]]), np.array([1.0])))
+        FreeMotion.of(series, harmonics, Complementarity(np.array([[0.5]]), np.array([1.0])))
     )
     assert rule.share.sum() == pytest.approx(1.0)
     np.testing.assert_allclose(found[:4, 0], [2.0, 1.0, 0.6, 0.0], atol=1e-13)
@@ -93,5 +93,5 @@ def test_points_that_stay_closed_have_the_whole_period() -> None:
 
 def test_motion_that_keeps_clear_has_no_points() -> None:
     series = FourierSeries(3, 16)
-    rule, found = harmonics_of(FreeMotion(series, np.zeros((7, 3)), Complementarity(R, GAP)))
+    rule, found = harmonics_of(FreeMotion.of(series, np.zeros((7, 3)), Complementarity(R, GAP)))
     assert not len(rule.phase) and not found.any()

@@ -1,0 +1,38 @@
+r"""Derivative of the harmonics of contact forces where few sets of points are in contact in turn.
+
+Of points without mass the derivative of the forces depends on the set A in contact alone, so that
+the instants k of each set come together:
+
+    sum_k A_nk S_kn' Phi^T D_k Phi = sum_A (sum_(k in A) A_nk S_kn') Phi_A^T R_AA^-1 Phi_A.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.mechanics.fourier import Series
+
+
+def tangent_by_sets(series: Series, shapes: Array, forces: ContactForces) -> Array:
+    """What `ContactForces.tangent` is, shape (c J, c J), rows and columns by (n, j).
+
+    Args:
+        series: Series in time.
+        shapes: Phi, shape (n_c, J).
+        forces: Contact forces, of points without mass.
+    """
+    forces.assert_complete()
+    rows, modes = len(series.order), shapes.shape[1]
+    whole = np.zeros((rows, modes, rows, modes))
+    if forces.local is None:
+        return whole.reshape(rows * modes, -1)
+    at = forces.samples
+    sets, own = np.unique(forces.force[at] > 0, axis=0, return_inverse=True)
+    analysis, synthesis = forces.instants.analysis(series), forces.instants.synthesis(series)
+    for number, stiffness in enumerate(forces.local.stiffness(sets, shapes)):
+        chosen = at[own.ravel() == number]
+        mixing = analysis[:, chosen] @ synthesis[chosen]
+        whole += mixing[:, None, :, None] * stiffness[:, None, :]
+    return whole.reshape(rows * modes, -1)

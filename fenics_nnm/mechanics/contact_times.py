@@ -15,7 +15,7 @@ is a harmonic series in time for each set. A point closes where its y_c passes z
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -37,6 +37,9 @@ _STEPS = 60
 #: Gauss points for N harmonics over a phase L: this times N L, and some more.
 _POINTS_A_HARMONIC, _MORE_POINTS = 0.6, 10
 
+
+#: Times of contact are looked for this often, with what was found before.
+_ROUNDS = 4
 
 #: So many rows of margins are kept for further motions.
 _KEPT = 10_000
@@ -135,15 +138,30 @@ class Grid:
         return np.append(self.phase[1:], self.phase[0] + 2 * np.pi)
 
 
-def contact_points_in_time(motion: FreeMotion, forces: ContactForces) -> tuple[Quadrature, Mask]:
-    """Points of integration, and the contact points that are closed there, shape (s, n_c).
+def forces_in_time(motion: FreeMotion) -> ContactForces:
+    """Contact forces of a motion at points of integration between the times of contact.
 
-    Args:
-        motion: Free displacement.
-        forces: Contact forces at the samples of its series.
+    Sets in contact that are others at these points than between the times that were found tell of
+    times that are still missed: they are looked for again with what is known there.
     """
-    grid = Grid(motion.series.phase, forces.force > 0)
-    grid = _with_short_contact(motion, forces, grid)
+    law, series = motion.law, motion.series
+    at_samples = law(series.synthesis @ motion.harmonics)
+    grid = _with_short_contact(motion, at_samples, Grid(series.phase, at_samples.force > 0))
+    for _ in range(_ROUNDS):
+        instants, closed = _points_of(motion, grid)
+        guess = ContactForces.alone(closed.astype(float))
+        if not len(closed):
+            return replace(guess, instants=instants)
+        found = law(instants.synthesis(series) @ motion.harmonics, guess)
+        missed = ((found.force > 0) != closed).any(axis=1)
+        if not missed.any():
+            break
+        grid = grid.with_phases(instants.phase[missed] % (2 * np.pi), found.force[missed] > 0)
+    return replace(found, instants=instants)
+
+
+def _points_of(motion: FreeMotion, grid: Grid) -> tuple[Quadrature, Mask]:
+    """Points of integration, and the contact points that are closed there, shape (s, n_c)."""
     if not grid.closed.any():
         return Quadrature(np.empty(0), np.empty(0)), np.zeros((0, len(motion.law.gap)), dtype=bool)
     changes = _changes(motion, grid)

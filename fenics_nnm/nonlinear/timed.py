@@ -7,14 +7,14 @@ work then, so that over a period of a driven motion the work that is put in is t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import Complementarity, ContactForces, ContactLaw
-from fenics_nnm.mechanics.contact_times import FreeMotion, Margins, contact_points_in_time
+from fenics_nnm.mechanics.contact_times import FreeMotion, Margins, forces_in_time
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.force import SampledMotion
@@ -75,14 +75,8 @@ class TimedEquations:
 
     def forces(self, at: Unknowns, near: ContactForces | None = None) -> ContactForces:
         """Contact forces at the points of integration of a motion."""
-        motion = FreeMotion(self.series, self.free_harmonics(at), self.law, self.margins)
-        at_samples = self.law(self.series.synthesis @ motion.harmonics)
-        instants, closed = contact_points_in_time(motion, at_samples)
-        if not len(closed):
-            return replace(ContactForces.alone(closed.astype(float)), instants=instants)
-        guess = ContactForces.alone(closed.astype(float))
-        found = self.law(instants.synthesis(self.series) @ motion.harmonics, guess)
-        return replace(found, instants=instants)
+        free = self.free_harmonics(at)
+        return forces_in_time(FreeMotion(self.series, free, self.law, self.margins))
 
     def residual(self, at: Unknowns, forces: ContactForces) -> Array:
         """Left-hand sides of the harmonic equations, shape (c, J)."""

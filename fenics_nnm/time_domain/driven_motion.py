@@ -102,7 +102,12 @@ Step = Callable[[Array, Missed], Array]
 
 
 def driven_orbit(
-    flow: DampedFlow, q: Array, velocity: Array, *, keep_frequency: bool = True
+    flow: DampedFlow,
+    q: Array,
+    velocity: Array,
+    *,
+    keep_frequency: bool = True,
+    steps: DrivenSteps | None = None,
 ) -> DrivenOrbit:
     """Shoot for the periodic motion near a state at phase 0 of the force.
 
@@ -111,11 +116,12 @@ def driven_orbit(
         q: Modal coordinates of the guess, shape (J,).
         velocity: Their velocities, shape (J,).
         keep_frequency: Look for the motion at this frequency; else for the nearest of the branch.
+        steps: Bounds on the iteration.
     """
     equations = DrivenMap.around(flow, q, velocity)
     start = equations.unknowns(q, velocity, flow.drive.omega)
     step = at_fixed_frequency if keep_frequency else _nearest(equations)
-    return orbit_of(equations, arrived(equations, start, step))
+    return orbit_of(equations, arrived(equations, start, step, steps))
 
 
 def arrived(

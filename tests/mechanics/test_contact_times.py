@@ -5,7 +5,7 @@ import pytest
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import Complementarity
-from fenics_nnm.mechanics.contact_times import FreeMotion, contact_points_in_time
+from fenics_nnm.mechanics.contact_times import FreeMotion, forces_in_time
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.instants import Quadrature
 
@@ -15,11 +15,10 @@ GAP = np.array([0.6, 0.3, 0.9])
 
 def harmonics_of(motion: FreeMotion) -> tuple[Quadrature, Array]:
     """The rule, and coefficients of the forces that it integrates."""
-    law, series = motion.law, motion.series
-    rule, closed = contact_points_in_time(motion, law(series.synthesis @ motion.harmonics))
-    force = law(rule.synthesis(series) @ motion.harmonics).force
-    np.testing.assert_array_equal(force > 0, closed)
-    return rule, rule.analysis(series) @ force
+    found = forces_in_time(motion)
+    rule = found.instants
+    assert isinstance(rule, Quadrature)
+    return rule, found.harmonics(motion.series)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -19,6 +19,7 @@ from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.response.in_time import InTime, coefficients_of, in_time
 from fenics_nnm.time_domain.damped_flow import DampedFlow
 from fenics_nnm.time_domain.driven_motion import FOLD
+from fenics_nnm.time_domain.energy_balance import energy_balance
 
 #: An oscillator with 1 % damping that meets a stop four times as stiff as its spring.
 MODEL = ReducedModel(omega=[1.0], Phi=[[1.0]], R=[[0.25]], gap=[1.0])
@@ -52,7 +53,9 @@ def test_good_motions_are_verified_with_their_multipliers() -> None:
     assert rising.status == "verified" and not rising.reason
     assert rising.return_error < 2e-3 and rising.distance < 2e-4
     assert rising.stability == "stable" and rising.orbit.contact_fraction > 0.05
-    assert rising.balance_error < 1e-12
+    orbit, flow = rising.orbit, DampedFlow.of(MECHANICS, 1.0).at(rising.orbit.omega)
+    balance = energy_balance(flow, orbit.q, orbit.velocity, 2 * np.pi / orbit.omega)
+    assert balance.error < 1e-12
     falling = judged(20, 1.02352745, -0.92068355, 0.42698626)
     assert falling.status == "verified" and falling.stability == FOLD
     assert falling.largest_multiplier == pytest.approx(1.335846, abs=1e-4)

@@ -15,9 +15,9 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import Complementarity, ContactForces, ContactLaw
 from fenics_nnm.mechanics.contact_times import FreeMotion, Margins, forces_in_time
+from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.mechanics import Mechanics
-from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.tangent_by_sets import tangent_by_sets
 from fenics_nnm.nonlinear.border import Border
 from fenics_nnm.nonlinear.condensed import Condensation, eliminated, pays

@@ -38,6 +38,9 @@ _STEPS = 60
 _POINTS_A_HARMONIC, _MORE_POINTS = 0.6, 10
 
 
+#: Contact is looked for at so many samples a harmonic at least.
+_SAMPLES_A_HARMONIC = 8
+
 #: Times of contact are looked for this often, with what was found before.
 _ROUNDS = 4
 
@@ -144,7 +147,8 @@ def forces_in_time(motion: FreeMotion) -> ContactForces:
     Sets in contact that are others at these points than between the times that were found tell of
     times that are still missed: they are looked for again with what is known there.
     """
-    law, series = motion.law, motion.series
+    law, series = motion.law, _densely_sampled(motion.series)
+    motion = replace(motion, series=series)
     at_samples = law(series.synthesis @ motion.harmonics)
     grid = _with_short_contact(motion, at_samples, Grid(series.phase, at_samples.force > 0))
     for _ in range(_ROUNDS):
@@ -158,6 +162,17 @@ def forces_in_time(motion: FreeMotion) -> ContactForces:
             break
         grid = grid.with_phases(instants.phase[missed] % (2 * np.pi), found.force[missed] > 0)
     return replace(found, instants=instants)
+
+
+def _densely_sampled(series: FourierSeries) -> FourierSeries:
+    """The series itself, or one of as many harmonics with enough samples to find contact."""
+    few = series.samples < _SAMPLES_A_HARMONIC * series.harmonics
+    return _dense(series.harmonics) if few else series
+
+
+@cache
+def _dense(harmonics: int) -> FourierSeries:
+    return FourierSeries(harmonics, _SAMPLES_A_HARMONIC * harmonics)
 
 
 def _points_of(motion: FreeMotion, grid: Grid) -> tuple[Quadrature, Mask]:

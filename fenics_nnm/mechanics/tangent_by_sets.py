@@ -25,14 +25,15 @@ def tangent_by_sets(series: Series, shapes: Array, forces: ContactForces) -> Arr
     """
     forces.assert_complete()
     rows, modes = len(series.order), shapes.shape[1]
-    whole = np.zeros((rows, modes, rows, modes))
+    whole: Array = np.zeros((rows, modes, rows, modes))
     if forces.local is None:
         return whole.reshape(rows * modes, -1)
     at = forces.samples
     sets, own = np.unique(forces.force[at] > 0, axis=0, return_inverse=True)
     analysis, synthesis = forces.instants.analysis(series), forces.instants.synthesis(series)
-    for number, stiffness in enumerate(forces.local.stiffness(sets, shapes)):
+    stiffness = forces.local.stiffness(sets, shapes)
+    for number in range(len(sets)):
         chosen = at[own.ravel() == number]
-        mixing = analysis[:, chosen] @ synthesis[chosen]
-        whole += mixing[:, None, :, None] * stiffness[:, None, :]
+        mixing: Array = analysis[:, chosen] @ synthesis[chosen]
+        whole += mixing[:, None, :, None] * stiffness[number][:, None, :]
     return whole.reshape(rows * modes, -1)

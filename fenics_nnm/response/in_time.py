@@ -1,7 +1,7 @@
 """What integration in time says of a driven motion that harmonic balance found.
 
 The motion is followed from its state at phase 0 for a period, and the exact motion near it is shot
-at the same frequency, unless it misses its start by more than 15 %. Where there is none, as just
+at the same frequency, unless it misses its start by more than 10 %. Where there is none, as just
 beyond a fold, the nearest one of the branch is taken, whose frequency differs a little.
 
 * verified: the motion comes back within 5 %, and the exact one has its frequency within 1e-3 and
@@ -29,7 +29,7 @@ from fenics_nnm.time_domain.driven_motion import DrivenOrbit, DrivenSteps, drive
 _LARGEST_RETURN_ERROR = 1 / 3
 
 #: An exact motion near one that misses its start by more is not looked for.
-_LARGEST_SHOT = 0.15
+_LARGEST_SHOT = 0.1
 
 #: Verified: what the coefficients of the exact motion may differ by, relative.
 _VERIFIED_DISTANCE = 0.01

@@ -35,6 +35,29 @@ def test_harmonics_are_those_of_very_many_samples(seed: int) -> None:
     assert rule.share.sum() < 1
 
 
+@pytest.mark.parametrize("seed", [12, 13, 18, 89])
+def test_changes_of_several_points_between_two_samples_are_found(seed: int) -> None:
+    """A point touches for a moment between two samples at which the others change, too."""
+    series, many = FourierSeries(6, 14), FourierSeries(6, 20_000)
+    law = Complementarity(R, GAP)
+    harmonics = np.random.default_rng(seed).normal(size=(13, 3)) * 0.5
+    _, found = harmonics_of(FreeMotion.of(series, harmonics, law))
+    expected = many.analysis @ law(many.synthesis @ harmonics).force
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def test_points_that_close_together_cost_one_search() -> None:
+    """Four points that move alike change at the same phases, as one."""
+    series, alike = FourierSeries(3, 24), Complementarity(0.3 * np.eye(4), np.full(4, 0.5))
+    harmonics = np.zeros((7, 4))
+    harmonics[1] = 1.0
+    found = forces_in_time(FreeMotion.of(series, harmonics, alike))
+    assert (found.force > 0).all()
+    one = Complementarity(np.array([[0.3]]), np.array([0.5]))
+    alone = forces_in_time(FreeMotion.of(series, harmonics[:, :1], one))
+    np.testing.assert_allclose(found.instants.phase, alone.instants.phase, atol=1e-12)
+
+
 def test_force_of_one_point_is_the_closed_form() -> None:
     """p = cos against a gap of cos(a): mean force (sin a - a cos a) / (pi R)."""
     a, series = 0.4, FourierSeries(3, 16)

@@ -56,7 +56,9 @@ class Measured:
     whole: float
 
 
-def measured(model: ReducedModel, balance: HarmonicBalance) -> Measured:
+def measured(
+    model: ReducedModel, balance: HarmonicBalance, energies: EnergyContinuation = _ENERGIES
+) -> Measured:
     """Follow a branch and time it."""
     last = [0.0]
     start = time.process_time()
@@ -65,7 +67,7 @@ def measured(model: ReducedModel, balance: HarmonicBalance) -> Measured:
         last[0] = time.process_time()
 
     branch = follow(
-        model, _ENERGIES, balance, mode=0, shooting=True, progress=Progress(on_point=noted)
+        model, energies, balance, mode=0, shooting=True, progress=Progress(on_point=noted)
     )
     return Measured(branch, last[0] - start, time.process_time() - start)
 

@@ -197,3 +197,23 @@ def test_command_writes_levels_and_folds(
     assert float(peaks[1][2]) == pytest.approx(1.2 / (2 * np.pi), abs=1e-4)
     text = Path("results/study-response/response.csv").read_text()
     assert text.count("fold in omega") == 2 * 2
+
+
+def test_points_of_a_stiff_symmetric_tip_close_in_pairs() -> None:
+    """Four points that are coupled and stiff, moved by bending and twist: a whole curve."""
+    side = np.array([1.0, -1.0, 1.0, -1.0])
+    Phi = np.column_stack([np.full(4, -0.19), 0.19 * side, np.full(4, 0.18)])
+    R = 3e-10 * (np.eye(4) + np.abs(side[:, None] + side) / 2 - np.eye(4) / 2)
+    model = ReducedModel(np.array([540.0, 3435.0, 4710.0]), Phi, R, np.full(4, 1e-3))
+    linear = RatedPart(model.omega, np.diag(2 * 0.05 * model.omega))
+    push = Drive.simple(np.array([Phi[0]]), np.array([1000.0 + 0j]))
+    structure = DrivenStructure.of(model, linear, push)
+    found = curve(structure, FourierSeries(5, 20), np.linspace(75.0, 100.0, 6))
+    assert not found.reason
+    touching = [point for point in found.points if point.displacements.contact.any()]
+    assert len(touching) > 5
+    assert max(point.imbalance for point in touching) < 1e-8
+    for point in touching:
+        shares = point.displacements.contact[-4:]
+        np.testing.assert_allclose(shares, [shares[0], shares[1]] * 2, atol=1e-9)
+        assert point.status == "verified" or point.reason

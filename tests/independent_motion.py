@@ -80,6 +80,68 @@ class Pivoting:
         return self._solvers[key]
 
 
+@dataclass(frozen=True, slots=True)
+class _Bent:
+    """Terms of second-order kinematics by the formulas of `mechanics.second_order`, written anew.
+
+    Attributes:
+        modes: Number of modes J.
+        masters: Their places, shape (k,).
+        Theta: Second derivatives of the closing, shape (n_c, k, k).
+        alpha: Quadratic stiffness, shape (J, k, k).
+        beta: Cubic stiffness, shape (k, k, k, k).
+        D: Inertia, shape (k, k, k, k).
+    """
+
+    modes: int
+    masters: Array
+    Theta: Array
+    alpha: Array
+    beta: Array
+    D: Array
+
+    @classmethod
+    def of(cls, model: ReducedModel, amplitude: float, period: float, length: float) -> _Bent:
+        """Of a model, with coordinates over an amplitude, times a period, closings a length."""
+        masters, tensors = model.kinematics.masters, model.kinematics.tensors
+        k, points, modes = len(masters), len(model.gap), model.modes
+        if not k:
+            empty = np.zeros((0,) * 4)
+            return cls(
+                modes, masters, np.zeros((points, 0, 0)), np.zeros((modes, 0, 0)), empty, empty
+            )
+        return cls(
+            modes,
+            masters,
+            tensors["Theta"] * amplitude**2 / length,
+            tensors["alpha"] * amplitude * period**2,
+            tensors["beta"] * (amplitude * period) ** 2,
+            tensors["D"] * amplitude**2,
+        )
+
+    def slope(self, q: Array) -> Array:
+        """Theta q, shape (n_c, J)."""
+        found = np.zeros((len(self.Theta), self.modes))
+        found[:, self.masters] = self.Theta @ q[self.masters]
+        return found
+
+    def force(self, q: Array, velocity: Array) -> Array:
+        """Polynomial stiffness, and the part of the inertia with velocities, shape (J,)."""
+        x, v = q[self.masters], velocity[self.masters]
+        found = np.einsum("ijk,j,k->i", self.alpha, x, x)
+        others = np.setdiff1d(np.arange(self.modes), self.masters)
+        found[self.masters] += 2 * np.einsum("a,ajk,k->j", q[others], self.alpha[others], x)
+        found[self.masters] += np.einsum("ijkl,j,k,l->i", self.beta, x, x, x)
+        found[self.masters] += np.einsum("ikjl,k,j,l->i", self.D, x, v, v)
+        return found
+
+    def mass(self, q: Array) -> Array:
+        """M(q), shape (J, J)."""
+        x, found = q[self.masters], np.eye(self.modes)
+        found[np.ix_(self.masters, self.masters)] += np.einsum("ikjl,k,l->ij", self.D, x, x)
+        return found
+
+
 class Motion:
     """A model in the units of one of its motions: period, amplitude, reach of its contact points.
 
@@ -90,6 +152,7 @@ class Motion:
         period, length = 1 / point.motion.frequency, np.abs(model.Phi @ point.motion.q.T).max()
         amplitude = np.sqrt(2 * point.motion.energy) / (2 * np.pi * point.motion.frequency)
         self._omega, self._Phi = model.omega * period, model.Phi * amplitude / length
+        self._bent = _Bent.of(model, amplitude, period, length)
         self._R = model.R * (amplitude / period / length) ** 2
         self._law, self._gap = Pivoting(self._R), model.gap / length
         self.weight = np.concatenate([self._omega, np.ones_like(self._omega)])
@@ -98,10 +161,12 @@ class Motion:
         self._at_rest = self.energy(self._rest())
 
     def rate(self, time: float, state: Array) -> Array:
-        """q' and q'' = -omega^2 q - Phi^T lambda(q)."""
+        """q' and q'' = -omega^2 q - Phi^T lambda(q), with what second order adds."""
         q, velocity = np.split(state, 2)
-        force = self._law(self._Phi @ q - self._gap)
-        return np.concatenate([velocity, -(self._omega**2) * q - force @ self._Phi])
+        shapes = self._Phi + self._bent.slope(q)
+        force = self._law(self._Phi @ q + self._bent.slope(q) @ q / 2 - self._gap)
+        pull = -(self._omega**2) * q - force @ shapes - self._bent.force(q, velocity)
+        return np.concatenate([velocity, np.linalg.solve(self._bent.mass(q), pull)])
 
     def rate_with_derivative(self, time: float, both: Array) -> Array:
         """The same beside the derivative by the first state."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -40,11 +41,9 @@ def resonance_table(backbone: DampedBackbone) -> str:
 
 
 def _rows(backbone: DampedBackbone) -> Iterator[list[str]]:
-    number = branch = 0
-    for each in backbone.points:
-        number = number + 1 if each.point.branch == branch else 1
-        branch = each.point.branch
-        yield _row(each, number)
+    for _, own in itertools.groupby(backbone.points, key=lambda each: each.point.branch):
+        for number, each in enumerate(own, start=1):
+            yield _row(each, number)
 
 
 def _row(resonance: Resonance, number: int) -> list[str]:

@@ -38,7 +38,7 @@ def excitations_of(study: MeshStudy, dim: int) -> Iterator[Push]:
     """
     for number, each in enumerate(study.excitation, start=1):
         key = f"excitation[{number}]" if len(study.excitation) > 1 else "excitation"
-        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        point = _point(each.at, dim, key)
         facets = each.facets or ()
         if each.pressure is not None:
             yield FacetPressure(Pressure(key, facets, each.pressure))
@@ -58,7 +58,7 @@ def dashpots_of(study: MeshStudy, dim: int) -> tuple[Attachment, ...]:
     found = []
     for number, each in enumerate(study.dashpot, start=1):
         key = f"dashpot[{number}]"
-        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        point = _point(each.at, dim, key)
         values = fitted(each.damping, dim, f"{key}.damping")
         found.append(Attachment(key, "dashpot", values, point, each.facets or ()))
     return tuple(found)
@@ -73,23 +73,28 @@ def monitors_of(study: MeshStudy, dim: int) -> tuple[Attachment, ...]:
     found = []
     for number, each in enumerate(study.monitor, start=1):
         key = f"monitor[{number}]"
-        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        point = _point(each.at, dim, key)
         direction = fitted(each.direction, dim, f"{key}.direction")
         found.append(Attachment(key, "monitor", direction, point, each.facets or ()))
     return tuple(found)
 
 
+def _point(at: tuple[float, ...] | None, dim: int, key: str) -> tuple[float, ...]:
+    """Coordinates of a section with a point; none of one with facets."""
+    return () if at is None else fitted(at, dim, f"{key}.at")
+
+
 def _masses(study: MeshStudy, dim: int) -> Iterator[Attachment]:
     for number, each in enumerate(study.mass, start=1):
         key = f"mass[{number}]"
-        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        point = _point(each.at, dim, key)
         yield Attachment(key, "mass", (each.mass,) * dim, point, each.facets or ())
 
 
 def _springs(study: MeshStudy, dim: int) -> Iterator[Attachment]:
     for number, each in enumerate(study.spring, start=1):
         key = f"spring[{number}]"
-        point = () if each.at is None else fitted(each.at, dim, f"{key}.at")
+        point = _point(each.at, dim, key)
         per_area = each.foundation is not None
         name = "foundation" if per_area else "stiffness"
         values = fitted(each.values or (0.0,) * dim, dim, f"{key}.{name}")

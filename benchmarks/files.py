@@ -26,8 +26,8 @@ def measured(file: Path, ratios: list[float], frames: int) -> dict[str, float]:
     """Seconds and memory of one export, the largest of all ranks."""
     from mpi4py import MPI
 
+    from fenics_nnm.field_names import DEFAULT_FIELDS
     from fenics_nnm.fields.export import export
-    from fenics_nnm.study.selection import DEFAULT_FIELDS
 
     comm, ended, most = MPI.COMM_WORLD, threading.Event(), [0.0]
     watch = threading.Thread(target=watched, args=(ended, most), daemon=True)

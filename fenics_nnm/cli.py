@@ -17,7 +17,6 @@ from fenics_nnm.commands.warnings_shown import show_by_line
 from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
 from fenics_nnm.files.caches import use_writable_caches
 from fenics_nnm.interrupts import raised
-from fenics_nnm.study.error_keys import one_line
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -37,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         use_writable_caches()
     except OutputError as error:
-        complain(one_line(error))
+        complain(_line(error))
         return INCOMPLETE
     from mpi4py import MPI
 
@@ -67,7 +66,14 @@ def _verdict(error: BaseException) -> tuple[str, int]:
     code = BAD_INPUT if isinstance(error, NonlinearModeError) else INCOMPLETE
     if isinstance(error, ConvergenceError | OutputError):
         code = INCOMPLETE
-    return one_line(error), code
+    return _line(error), code
+
+
+def _line(error: BaseException) -> str:
+    """An error in the words of the study file."""
+    from fenics_nnm.study.error_keys import one_line
+
+    return one_line(error)
 
 
 def _ended(comm: MPI.Comm, message: str, code: int) -> int:

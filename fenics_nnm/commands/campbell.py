@@ -8,9 +8,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from fenics_nnm.commands.campbell_targets import targets_of
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -75,6 +72,7 @@ def add_to(commands: Commands) -> None:
 def _campbell(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
+    from fenics_nnm.commands.campbell_targets import targets_of
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.campbell_report import write_campbell
     from fenics_nnm.running.campbell_journal import CampbellJournal
@@ -134,6 +132,8 @@ def speeds_from(text: str, *, turns: bool = False) -> list[float]:
     Raises:
         StudyError: if it is not of this form.
     """
+    import numpy as np
+
     try:
         start, stop, step = (float(part) for part in text.split(":"))
     except ValueError as error:

@@ -15,7 +15,6 @@ from fenics_nnm.commands.shared import (
     stages_of,
 )
 from fenics_nnm.interrupts import terminable
-from fenics_nnm.study import read_study
 
 
 def add_to(commands: Commands) -> None:
@@ -42,6 +41,7 @@ def _convergence(arguments: argparse.Namespace) -> int:
     from fenics_nnm.resolution.convergence import convergence
     from fenics_nnm.structure.mesh_notes import report_notes
     from fenics_nnm.structure.motions import assert_without_coriolis
+    from fenics_nnm.study.reading import read_study
 
     study = read_study(arguments.study)
     assert_without_coriolis(study)

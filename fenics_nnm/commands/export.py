@@ -18,8 +18,7 @@ from fenics_nnm.commands.shared import (
     stages_of,
 )
 from fenics_nnm.errors import StudyError
-from fenics_nnm.study.output import LEAST_FRAMES
-from fenics_nnm.study.selection import DEFAULT_FIELDS, FIELDS, FieldName
+from fenics_nnm.field_names import DEFAULT_FIELDS, FIELDS, LEAST_FRAMES, FieldName
 
 if TYPE_CHECKING:
     from fenics_nnm.backbone.point import BranchPoint

@@ -6,8 +6,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.table import Table
-
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -24,6 +22,8 @@ from fenics_nnm.interrupts import terminable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from rich.table import Table
 
     from fenics_nnm.response.levels import Response
     from fenics_nnm.response.phase_resonance import DampedBackbone
@@ -102,6 +102,8 @@ def _short_of(backbone: DampedBackbone) -> Iterator[str]:
 
 def peak_table(structure: DrivenStructure, found: Response, title: str = "") -> Table:
     """Peaks of each curve, of the excited and further places and the contact point moved most."""
+    from rich.table import Table
+
     levels = len({point.level for point in found.points}) > 1
     table = Table(title=title or None, box=None, padding=(0, 3, 0, 0))
     headings = ("peak of", "frequency (Hz)", "amplitude (m)", "phase (deg)")
@@ -120,6 +122,8 @@ def peak_table(structure: DrivenStructure, found: Response, title: str = "") -> 
 
 def resonance_table(found: Response) -> Table:
     """Phase resonances at the levels of the curves."""
+    from rich.table import Table
+
     table = Table(box=None, padding=(0, 3, 0, 0))
     for heading in ("phase resonance at level", "frequency (Hz)", "force (N)", "damping ratio"):
         table.add_column(heading, justify="right", no_wrap=True)

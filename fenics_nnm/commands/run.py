@@ -6,8 +6,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.table import Table
-
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -21,11 +19,13 @@ from fenics_nnm.commands.shared import (
     stages_of,
 )
 from fenics_nnm.interrupts import terminable
-from fenics_nnm.study import Study
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from fenics_nnm.backbone.branch import Encounter
     from fenics_nnm.run import RunResult
+    from fenics_nnm.study import Study
 
 
 def add_to(commands: Commands) -> None:
@@ -86,6 +86,8 @@ def _line(encounter: Encounter) -> str:
 
 def result_table(result: RunResult, study: Study) -> Table:
     """A few points of the branch: those reported, or evenly spread ones."""
+    from rich.table import Table
+
     table = Table(title=study.title or None, box=None, padding=(0, 3, 0, 0))
     for heading in ("gamma ratio", "frequency (Hz)", "ratio", "status"):
         table.add_column(heading, justify="right", no_wrap=True)

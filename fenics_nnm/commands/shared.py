@@ -3,38 +3,26 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-
 from fenics_nnm.errors import StudyError
-from fenics_nnm.progress import progress
 from fenics_nnm.stages import Stages
-from fenics_nnm.study import Study, read_study
-from fenics_nnm.study.reading import read_values
-from fenics_nnm.study.settings import Setting, settings_from, study_with
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+    from rich.console import Console
+
+    from fenics_nnm.study import Study
+    from fenics_nnm.study.settings import Setting
 
 Commands = Any
 """What `argparse` calls subparsers; its type is private."""
 
 #: Exit codes: all that was asked for, stopped early or something missing, bad input.
 DONE, INCOMPLETE, BAD_INPUT = 0, 1, 2
-
-
-class LastingConsole(Console):
-    """A console whose reader may go away, as `head` does: the work goes on without it."""
-
-    def on_broken_pipe(self) -> None:
-        """Print no more."""
-        self.quiet = True
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def add_study(command: argparse.ArgumentParser) -> None:
@@ -60,6 +48,9 @@ def asked_study(arguments: argparse.Namespace) -> tuple[Study, str]:
     Raises:
         StudyError: if file, key or value is wrong.
     """
+    from fenics_nnm.study.reading import read_study, read_values
+    from fenics_nnm.study.settings import study_with
+
     file: Path = arguments.study
     settings = tuple(_only(text) for text in arguments.set)
     if settings:
@@ -68,6 +59,8 @@ def asked_study(arguments: argparse.Namespace) -> tuple[Study, str]:
 
 
 def _only(text: str) -> Setting:
+    from fenics_nnm.study.settings import settings_from
+
     settings = settings_from(text)
     if len(settings) > 1:
         raise StudyError(
@@ -83,11 +76,15 @@ def add_verbose(command: argparse.ArgumentParser) -> None:
 
 def stages_of(console: Console, arguments: argparse.Namespace) -> AbstractContextManager[Stages]:
     """Progress bars on a terminal, else lines; those of the log in their place if asked for."""
+    from fenics_nnm.progress import progress
+
     return nullcontext(Stages()) if arguments.verbose else progress(console, complain)
 
 
 def console_of(comm: MPI.Comm) -> Console:
     """Console of rank 0; mpirun's terminals are taken for none, as it makes them for log files."""
+    from fenics_nnm.commands.lasting_console import LastingConsole
+
     return LastingConsole(quiet=comm.rank > 0, force_terminal=False if comm.size > 1 else None)
 
 

@@ -6,8 +6,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.table import Table
-
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -24,6 +22,8 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.interrupts import terminable
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from fenics_nnm.response.structure import DrivenStructure
     from fenics_nnm.structure.simulated import Leg, Simulated, Wanted
 
@@ -128,6 +128,8 @@ def _wanted(arguments: argparse.Namespace) -> Wanted:
 
 def simulation_table(structure: DrivenStructure, found: Simulated, title: str = "") -> Table:
     """Largest amplitude of each way of the excited and further places, and the last one."""
+    from rich.table import Table
+
     table = Table(title=title or None, box=None, padding=(0, 3, 0, 0))
     headings = ("way", "amplitude of", "largest (m)", "at (Hz)", "last (m)", "contact")
     for heading in headings:

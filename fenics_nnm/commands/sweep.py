@@ -8,13 +8,10 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
     Commands,
-    LastingConsole,
     add_study,
     complain,
     console_of,
@@ -27,6 +24,7 @@ from fenics_nnm.stages import Stages
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+    from rich.console import Console
 
     from fenics_nnm.sweep.outcome import Outcome
     from fenics_nnm.sweep.plan import Plan
@@ -137,6 +135,7 @@ def _list(console: Console, sweep: Sweep) -> int:
 def _run(
     sweep: Sweep, arguments: argparse.Namespace, console: Console, comm: MPI.Intracomm
 ) -> None:
+    from fenics_nnm.commands.lasting_console import LastingConsole
     from fenics_nnm.sweep.outcome import RunState
 
     total, left = len(sweep.plan.cases), len(sweep.left)

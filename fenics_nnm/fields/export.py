@@ -12,9 +12,9 @@ from mpi4py import MPI
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
-from fenics_nnm.study.selection import FieldName
 
 #: Two gamma ratios nearer than this are the same.
 _SAME_RATIO = 1e-6

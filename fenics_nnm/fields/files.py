@@ -18,6 +18,7 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.parallel import beside_root, each_own, on_root
+from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.body import field_body
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.motion import Motion, MotionFiles, batches
@@ -29,7 +30,6 @@ from fenics_nnm.fields.table import PartTable
 from fenics_nnm.fields.view import write_view
 from fenics_nnm.fields.vtu import grid_file
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
-from fenics_nnm.study.selection import FieldName
 
 #: Gaps that differ by less than this part of their range are the same: in contact all are zero.
 _TIE = 1e-9

@@ -10,11 +10,11 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.invariants import principal, von_mises
 from fenics_nnm.fields.peak import PEAKS, linear_reversals, peaks
 from fenics_nnm.fields.stress_basis import StressBasis
-from fenics_nnm.study.selection import FieldName
 
 VON_MISES = "von Mises stress (Pa)"
 PRINCIPAL = tuple(f"{which} principal stress (Pa)" for which in ("largest", "middle", "smallest"))

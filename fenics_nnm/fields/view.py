@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.motion import DISPLACEMENT
 from fenics_nnm.fields.stress_rows import VON_MISES
 from fenics_nnm.results.stored_branch import StoredBranch
-from fenics_nnm.study.selection import FieldName
 
 #: The largest displacement is drawn as this part of the body's size.
 _DRAWN = 0.08

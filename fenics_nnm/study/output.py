@@ -8,11 +8,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from fenics_nnm.field_names import DEFAULT_FIELDS, LEAST_FRAMES, FieldName
 from fenics_nnm.study.record import FromList, Record
-from fenics_nnm.study.selection import DEFAULT_FIELDS, FieldName
-
-#: Fewer frames of a period would not show a motion.
-LEAST_FRAMES = 24
 
 
 class OutputSection(Record):

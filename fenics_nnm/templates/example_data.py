@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 _CORNERS = ((0, 0), (100, 0), (100, 20), (20, 20), (20, 80), (0, 80))
 """Outline of the bracket in mm."""
 
@@ -38,6 +36,8 @@ def write_chain(path: Path) -> None:
     Its first spring holds on to a wall; its last mass, with a spring on one side alone, can
     meet a stop.
     """
+    import numpy as np
+
     K = _SPRING * (2 * np.eye(_MASSES) - np.eye(_MASSES, k=1) - np.eye(_MASSES, k=-1))
     K[-1, -1] = _SPRING
     np.savez(path, K=K, M=_MASS * np.eye(_MASSES), B=np.eye(_MASSES)[-1:])

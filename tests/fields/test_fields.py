@@ -11,8 +11,8 @@ import pytest
 from conftest import BEAM, PLATE, Ended
 from written_fields import Arrays, arrays_of, frames, read_grid
 
+from fenics_nnm.field_names import FIELDS
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
-from fenics_nnm.study.selection import FIELDS
 
 Command = Callable[..., Ended]
 StudyFile = Callable[..., Path]

@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 
 from fenics_nnm.commands import COMMANDS
+from fenics_nnm.field_names import FIELDS
 from fenics_nnm.output import resonance_report, response_report, simulation_report
 from fenics_nnm.results.tables import COLUMNS
-from fenics_nnm.study.selection import FIELDS
 from fenics_nnm.study.study import MatrixStudy, MeshStudy
 
 ROOT = Path(__file__).parents[2]

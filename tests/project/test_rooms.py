@@ -26,6 +26,7 @@ ROOMS = (
     "",  # the version
     "arrays",
     "errors",
+    "field_names",
     "interrupts",
     "stages",
     "progress",

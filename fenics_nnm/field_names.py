@@ -1,8 +1,11 @@
-"""Names of fields that can be asked for."""
+"""Fields of a motion that can be asked for, and the fewest frames that show it."""
 
 from __future__ import annotations
 
 from typing import Literal, get_args
+
+#: Fewer frames of a period would not show a motion.
+LEAST_FRAMES = 24
 
 FieldName = Literal[
     "displacement",

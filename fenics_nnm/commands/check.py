@@ -47,7 +47,6 @@ def _check(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
     from fenics_nnm.output.description import describe
-    from fenics_nnm.output.pictures.groups import draw_groups
     from fenics_nnm.resolution.auto import provisional
     from fenics_nnm.running.trust import log_warnings
     from fenics_nnm.structure.analysis import structure_of
@@ -73,6 +72,8 @@ def _check(arguments: argparse.Namespace) -> int:
         log_warnings(warnings)
     body = shown.linear.body
     if picture and outline and body:
+        from fenics_nnm.output.pictures.groups import draw_groups
+
         tagged, interface = body.solid.tagged, body.interface
         draw_groups(picture, tagged, outline.roles, interface, outline.casings)
         show(console, f"picture          {picture}")
@@ -95,10 +96,10 @@ def _draw_groups(outline: Outline | None, picture: Path | None, error: Exception
     """Show the groups of a mesh that cannot be used as asked, if it can be read at all."""
     from mpi4py import MPI
 
-    from fenics_nnm.output.pictures.groups import draw_groups
-
     if picture is None or outline is None or MPI.COMM_WORLD.size > 1:
         return
+    from fenics_nnm.output.pictures.groups import draw_groups
+
     with suppress(NonlinearModeError):
         draw_groups(picture, outline.mesh(MPI.COMM_WORLD), outline.roles)
         error.add_note(f"{picture} shows its groups")

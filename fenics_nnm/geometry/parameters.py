@@ -36,7 +36,7 @@ def check_count(key: str, count: float) -> None:
 class GeometryRecord(BaseModel):
     """Frozen parameters of a geometry; an unknown key is an error."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     #: Whether OpenCASCADE makes it, which may crash and gets a process of its own.
     native: ClassVar[bool] = False

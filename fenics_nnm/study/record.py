@@ -69,7 +69,7 @@ class Record(BaseModel):
 
     absent: ClassVar[Mapping[str, str]] = {}
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
 
 
 def fitted(vector: tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:

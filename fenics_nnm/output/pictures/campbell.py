@@ -34,6 +34,8 @@ def campbell_plot(
 ) -> Figure:
     """Frequencies of all lines over speed, engine orders with their crossings; the gap beside it.
 
+    Nonlinear lines lie near their linear mode: how far they are from it has a panel of its own.
+
     Args:
         points: The body at each speed; some with a static state.
         crossings: Where engine orders meet lines.
@@ -41,11 +43,13 @@ def campbell_plot(
         title: Title.
         turns: Whether speeds are shown in turns per minute.
     """
-    figure = new_figure(height=4.0, width=6.4)
-    left, right = figure.subplots(1, 2, width_ratios=(2.4, 1))
     found, unit = borne(points), 30 / np.pi if turns else 1.0
     speed = unit * np.array([point.speed for point in found])
     lines, nonlinear = np.array([point.frequencies for point in found]).T, nonlinear_lines(points)
+    figure = new_figure(height=4.0, width=8.6 if nonlinear else 6.4)
+    left, *middle, right = figure.subplots(
+        1, 3 if nonlinear else 2, width_ratios=(2.4, 1.3, 1) if nonlinear else (2.4, 1)
+    )
     _draw_linear(left, speed, lines)
     _draw(left, speed, nonlinear)
     shown = [lines.ravel(), *(line.frequency for line in nonlinear)]
@@ -63,6 +67,10 @@ def campbell_plot(
     left.set_ylim(0, top)
     name = "speed  (rpm)" if turns else "speed  (rad/s)"
     label(left, name, "frequency  (Hz)")
+    for axes in middle:
+        _draw_changes(axes, speed, lines, nonlinear)
+        label(axes, name, "change from the linear mode  (%)")
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
     _draw_gap(right, speed, np.array([point.gap for point in found]), name)
     left.set_title(title, fontsize=9)
     legend_below(figure, left, columns=4)
@@ -101,6 +109,15 @@ def _draw(axes: Axes, speed: Array, lines: Sequence[NonlinearLine]) -> None:
         _, marker = CURVES[number % len(CURVES)]
         name = f"mode {line.mode}, {_named(line.target)}"
         axes.plot(speed, line.frequency, color=colour, lw=0.9, marker=marker, ms=3.5, label=name)
+
+
+def _draw_changes(axes: Axes, speed: Array, linear: Array, lines: Sequence[NonlinearLine]) -> None:
+    """How far nonlinear lines are from their linear modes, in per cent, over speed."""
+    for number, line in enumerate(lines):
+        colour, _ = CURVES[(line.mode - 1) % len(CURVES)]
+        _, marker = CURVES[number % len(CURVES)]
+        change = 100 * (line.frequency / linear[line.mode - 1] - 1)
+        axes.plot(speed, change, color=colour, lw=0.9, marker=marker, ms=3.5)
 
 
 def _named(target: Target) -> str:

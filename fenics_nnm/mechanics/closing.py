@@ -16,7 +16,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.contact_law import ContactForces
 from fenics_nnm.mechanics.fourier import Series
-from fenics_nnm.mechanics.sampled_tangent import sampled_tangent
+from fenics_nnm.mechanics.sampled_tangent import sampled_tangent, tangent_of_few
 
 
 class Closing(Protocol):
@@ -58,7 +58,7 @@ class Closing(Protocol):
         """Theta q of the pairs of samples and points in contact, shape (P, k)."""
 
     def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
-        """Part of `tangent` with lambda . Theta, among the masters, shape (c k, c k)."""
+        """Part of `tangent` with lambda . Theta, among the masters, shape (c, k, c, k)."""
 
     def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
         """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""
@@ -97,7 +97,7 @@ class LinearClosing:
 
     def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
         """There are no masters."""
-        return np.zeros((0, 0))
+        return np.zeros((len(q), 0, len(q), 0))
 
     def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
         """None."""
@@ -148,15 +148,30 @@ class QuadraticClosing:
 
     def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
         """Derivative of `pushed`: sum_k A_nk (Psi_k^T D_k Psi_k + lambda_k . Theta) S_kn'."""
-        at, points = forces.samples, forces.points
-        moved = series.synthesis[at] @ q[:, self.masters]
-        shapes = Phi[points]
-        turned = np.einsum("spjk,sk->spj", self.Theta[points], moved)
-        shapes[:, :, self.masters] += turned
-        stiffness = np.swapaxes(shapes, 1, 2) @ (forces.slope @ shapes)
-        bent = np.tensordot(forces.force[at], self.Theta, 1)
-        stiffness[:, self.masters[:, None], self.masters] += bent
+        at, own = forces.samples, self.masters
+        moved = series.synthesis[at] @ q[:, own]
+        stiffness = self._turned_stiffness(Phi, forces, moved)
+        stiffness[:, own[:, None], own] += np.tensordot(forces.force[at], self.Theta, 1)
         return sampled_tangent(series.analysis[:, at], series.synthesis[at], stiffness)
+
+    def _turned_stiffness(self, Phi: Array, forces: ContactForces, moved: Array) -> Array:
+        """Psi^T D Psi with Psi = Phi + Theta q from that of the columns of Phi and Theta.
+
+        Args:
+            Phi: Shape (n_c, J).
+            forces: Contact forces, in contact at s_a samples.
+            moved: Masters there, shape (s_a, k).
+        """
+        modes, k, own = Phi.shape[1], len(self.masters), self.masters
+        both = forces.stiffness(np.hstack([Phi, self.Theta.reshape(len(Phi), -1)]))
+        stiffness = both[:, :modes, :modes].copy()
+        turned = both[:, modes:].reshape(-1, k, k, modes + k**2).swapaxes(2, 3)
+        turned = (turned @ moved[:, None, :, None])[..., 0]  # (Theta q)^T D of all columns
+        stiffness[:, own] += turned[:, :, :modes]
+        stiffness[:, :, own] += turned[:, :, :modes].swapaxes(1, 2)
+        twice = turned[:, :, modes:].reshape(-1, k, k, k) @ moved[:, None, :, None]
+        stiffness[:, own[:, None], own] += twice[..., 0]
+        return stiffness
 
     def turned_pairs(self, series: Series, q: Array, forces: ContactForces) -> Array:
         """Theta q of the pairs of samples and points in contact, shape (P, k)."""
@@ -165,10 +180,10 @@ class QuadraticClosing:
         return np.einsum("pjk,pk->pj", self.Theta[forces.points[forces.used]], moved[sample])
 
     def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
-        """Part of `tangent` with lambda . Theta, among the masters, shape (c k, c k)."""
+        """Part of `tangent` with lambda . Theta, among the masters, shape (c, k, c, k)."""
         at = forces.samples
         bent = np.tensordot(forces.force[at], self.Theta, 1)
-        return sampled_tangent(series.analysis[:, at], series.synthesis[at], bent)
+        return tangent_of_few(series.analysis[:, at], series.synthesis[at], bent)
 
     def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
         """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""

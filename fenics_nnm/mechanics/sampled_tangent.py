@@ -21,3 +21,9 @@ def sampled_tangent(analysis: Array, synthesis: Array, blocks: Array) -> Array:
     mixed = mixing.reshape(rows * columns, at) @ blocks.reshape(at, high * wide)
     whole = mixed.reshape(rows, columns, high, wide).swapaxes(1, 2)
     return np.asarray(whole.reshape(rows * high, columns * wide))
+
+
+def tangent_of_few(analysis: Array, synthesis: Array, blocks: Array) -> Array:
+    """The same of few forces and coordinates, shape (c, I, d, J)."""
+    moved = blocks.transpose(1, 2, 0)[..., None] * synthesis
+    return np.asarray((analysis @ moved).transpose(2, 0, 3, 1))

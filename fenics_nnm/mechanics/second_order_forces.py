@@ -1,7 +1,7 @@
 r"""Forces of second-order kinematics: polynomial stiffness, and inertia of the displacement.
 
-Both are cubic in the coordinates, so their harmonics 0..N are exact where a series has m > 4 N
-samples: the cube of N harmonics, projected on N. See `mechanics.second_order` for the symbols.
+Both are cubic in the coordinates, so their harmonics 0..N are exact in 4 N + 1 samples, however
+many a series has. See `mechanics.second_order` for the symbols.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.cubic_samples import CubicSamples
 from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.master_tangent import MasterTangent
-from fenics_nnm.mechanics.sampled_tangent import sampled_tangent
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,13 @@ class PolynomialStiffness:
     def harmonics(self, motion: SampledMotion) -> Array:
         """Harmonics of the force, shape (c, J)."""
         assert_enough_samples(motion)
-        return np.asarray(motion.series.analysis @ self._values(motion.displacement))
+        samples, own = CubicSamples.of(motion.series), self.masters
+        masters, shared = self._sampled(samples, motion.q)
+        pairs = _pairs(masters)
+        force = (samples.analysis @ pairs) @ self.alpha.reshape(len(self.alpha), -1).T
+        shared = 2 * shared + self._squared(pairs)
+        force[:, own] += samples.analysis @ (shared @ masters[:, :, None])[:, :, 0]
+        return np.asarray(force)
 
     def tangent(self, motion: SampledMotion) -> Array:
         """Derivative: sum_k A_nk (df / dq)_k S_kn', whose columns or rows are of masters."""
@@ -48,14 +54,16 @@ class PolynomialStiffness:
 
     def master_tangent(self, motion: SampledMotion) -> MasterTangent:
         """The same by its columns and rows."""
-        series, k = motion.series, len(self.masters)
-        rows, modes = motion.q.shape
-        by_master, of_master = self._slopes(motion.displacement)
-        columns = sampled_tangent(series.analysis, series.synthesis, by_master)
-        coupled: Array = np.zeros((rows * k, rows * modes))
-        if self._coupled.any():
-            coupled = sampled_tangent(series.analysis, series.synthesis, of_master)
-        return MasterTangent(self.masters, columns, coupled)
+        samples, k, own = CubicSamples.of(motion.series), len(self.masters), self.masters
+        c, modes = motion.q.shape
+        masters, shared = self._sampled(samples, motion.q)
+        # (n, n', j): harmonics n of the products of harmonic n' with master j
+        products = samples.tangent(masters[None, :, None, :], motion.omega)[:, 0]
+        columns = np.tensordot(2 * products, self.alpha, (2, 2)).transpose(0, 2, 1, 3)
+        slopes = 2 * shared + 3 * self._squared(_pairs(masters))
+        columns[:, own] += samples.tangent(slopes[None], motion.omega)
+        rows = np.tensordot(2 * products, self._coupled, (2, 2)).transpose(0, 3, 1, 2)
+        return MasterTangent(own, columns.reshape(c * modes, -1), rows.reshape(c * k, -1))
 
     def by_omega(self, motion: SampledMotion) -> Array:
         """It does not depend on the frequency."""
@@ -63,12 +71,12 @@ class PolynomialStiffness:
 
     def mean_virial(self, motion: SampledMotion) -> float:
         """Mean of the force times the coordinates."""
-        q = motion.displacement
-        return float(motion.series.weight @ np.sum(q * self._values(q), axis=1))
+        return _mean_product(motion, self.harmonics(motion))
 
     def mean_energy(self, motion: SampledMotion) -> float:
         """Mean of the potential."""
-        return float(motion.series.weight @ self._potentials(motion.displacement))
+        samples = CubicSamples.of(motion.series)
+        return float(samples.weight @ self._potentials(samples.basis[0] @ motion.q))
 
     def at(self, q: Array, velocity: Array) -> Array:
         """The force at states, shape (.., J)."""
@@ -112,6 +120,12 @@ class PolynomialStiffness:
         quartic = np.einsum("si,sij,sj->s", masters, self._squared(pairs), masters)
         return np.asarray(cubic + quartic / 4)
 
+    def _sampled(self, samples: CubicSamples, q: Array) -> tuple[Array, Array]:
+        """Masters, and `_coupling`, at the samples of coefficients (c, J)."""
+        k, basis = len(self.masters), samples.basis[0]
+        coupling = q @ self._coupled.reshape(len(self._coupled), -1)
+        return basis @ q[:, self.masters], (basis @ coupling).reshape(-1, k, k)
+
     def _coupling(self, q: Array) -> Array:
         """sum_a alpha_ajk q_a over what is no master, shape (s, k, k)."""
         return np.tensordot(q, self._coupled, 1)
@@ -137,8 +151,8 @@ class InertialForce:
     def harmonics(self, motion: SampledMotion) -> Array:
         """Harmonics of the force, shape (c, J)."""
         assert_enough_samples(motion)
-        whole = np.zeros_like(motion.q)
-        whole[:, self.masters] = motion.series.analysis @ self._values(self._states(motion))
+        whole, samples = np.zeros_like(motion.q), CubicSamples.of(motion.series)
+        whole[:, self.masters] = samples.analysis @ self._values(self._states(motion))
         return whole
 
     def tangent(self, motion: SampledMotion) -> Array:
@@ -147,13 +161,9 @@ class InertialForce:
 
     def master_tangent(self, motion: SampledMotion) -> MasterTangent:
         """The same by its columns and rows."""
-        series, states = motion.series, self._states(motion)
-        rates = motion.omega * series.rate_at(series.phase)
-        curvature = -series.synthesis * (series.order * motion.omega) ** 2
-        parts = zip((series.synthesis, rates, curvature), self._slopes(states), strict=True)
-        k, (rows, modes) = len(self.masters), motion.q.shape
-        own = sum(sampled_tangent(series.analysis, basis, block) for basis, block in parts)
-        return MasterTangent.between(self.masters, modes, np.asarray(own).reshape(rows, k, rows, k))
+        slopes = np.array(self._slopes(self._states(motion)))
+        own = CubicSamples.of(motion.series).tangent(slopes, motion.omega)
+        return MasterTangent.between(self.masters, motion.q.shape[1], own)
 
     def by_omega(self, motion: SampledMotion) -> Array:
         """The force grows with the square of the frequency."""
@@ -161,13 +171,12 @@ class InertialForce:
 
     def mean_virial(self, motion: SampledMotion) -> float:
         """Mean of the force times the coordinates."""
-        states = self._states(motion)
-        return float(motion.series.weight @ np.sum(states[0] * self._values(states), axis=1))
+        return _mean_product(motion, self.harmonics(motion))
 
     def mean_energy(self, motion: SampledMotion) -> float:
         """Mean kinetic energy of the second-order displacement."""
         q, velocity, _ = self._states(motion)
-        return float(motion.series.weight @ self._energies(q, velocity))
+        return float(CubicSamples.of(motion.series).weight @ self._energies(q, velocity))
 
     def at(self, q: Array, velocity: Array) -> Array:
         """The force at states, without the part of the acceleration, shape (.., J)."""
@@ -195,8 +204,8 @@ class InertialForce:
 
     def _states(self, motion: SampledMotion) -> tuple[Array, Array, Array]:
         """Displacement, velocity and acceleration of the masters at the samples, each (s, k)."""
-        own = SampledMotion(motion.series, motion.q[:, self.masters], motion.omega)
-        return own.displacement, own.velocity, own.acceleration
+        samples = CubicSamples.of(motion.series)
+        return samples.states(motion.q[:, self.masters], motion.omega)
 
     def _inner(self, states: tuple[Array, Array, Array]) -> Array:
         """G_ik = D_ikjl (q_j'' q_l + q_j' q_l'), shape (s, k, k)."""
@@ -213,9 +222,17 @@ class InertialForce:
     def _slopes(self, states: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         """Derivatives by displacement, velocity and acceleration, each (s, k, k)."""
         q, velocity, acceleration = states
-        by_q = self._inner(states) + np.einsum("ikjn,sk,sj->sin", self.D, q, acceleration)
-        by_velocity = 2 * np.einsum("ikjn,sk,sj->sin", self.D, q, velocity)
-        return by_q, by_velocity, np.einsum("iknl,sk,sl->sin", self.D, q, q)
+        k = len(self.masters)
+        # D_ikjn a_k b_j by pairs (k, j), and D_iknl a_k b_l by pairs (k, l)
+        by_pairs = self.D.transpose(1, 2, 0, 3).reshape(k**2, -1)
+        across = self.D.transpose(1, 3, 0, 2).reshape(k**2, -1)
+        found = (
+            _products(q, acceleration) @ by_pairs,
+            2 * _products(q, velocity) @ by_pairs,
+            _products(q, q) @ across,
+        )
+        by_q, by_velocity, by_acceleration = (each.reshape(-1, k, k) for each in found)
+        return self._inner(states) + by_q, by_velocity, by_acceleration
 
     def _energies(self, q: Array, velocity: Array) -> Array:
         """1/2 D_ikjl q_i' q_k q_j' q_l, shape (s,)."""
@@ -225,7 +242,17 @@ class InertialForce:
 
 def _pairs(masters: Array) -> Array:
     """Products of masters (s, k), shape (s, k^2)."""
-    return (masters[:, :, None] * masters[:, None, :]).reshape(len(masters), -1)
+    return _products(masters, masters)
+
+
+def _products(one: Array, other: Array) -> Array:
+    """Products of entries of vectors (s, k), shape (s, k^2)."""
+    return (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
+
+
+def _mean_product(motion: SampledMotion, force: Array) -> float:
+    """Mean over the period of the coordinates times harmonics of a force (Parseval)."""
+    return float(motion.series.mean_square @ np.sum(motion.q * force, axis=1))
 
 
 def assert_enough_samples(motion: SampledMotion) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.mechanics.cubic_samples import CubicSamples
 from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.mechanics import Mechanics
@@ -129,13 +130,10 @@ class ModalEnergy:
 
     def _bent_mass(self, q: Array) -> float:
         """<q'^T (M(q) - 1) q'> with derivatives by the phase."""
-        inertia, motion = (
-            self.mechanics.model.kinematics.inertia,
-            SampledMotion(self.series, q, 1.0),
-        )
-        velocity = motion.velocity
-        added = inertia.momentum(motion.displacement, velocity) - velocity
-        return float(self.series.weight @ np.sum(velocity * added, axis=1))
+        samples, inertia = CubicSamples.of(self.series), self.mechanics.model.kinematics.inertia
+        displacement, velocity, _ = samples.states(q, 1.0)
+        added = inertia.momentum(displacement, velocity) - velocity
+        return float(samples.weight @ np.sum(velocity * added, axis=1))
 
     def _clearance(self, at: Unknowns, forces: ContactForces) -> Array:
         """Clearances at the samples of the points that are closed at rest, else 0."""

@@ -241,10 +241,9 @@ def _bent(mechanics: Mechanics) -> bool:
 def _bending(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Bending:
     """What second-order kinematics add to a condensed system."""
     series, closing = equations.series, equations.closing
-    kinematics, (rows, modes) = equations.model.kinematics, at.q.shape
-    masters, motion = kinematics.masters, SampledMotion(series, at.q, at.omega)
-    bent = closing.bent_tangent(series, at.q, forces).reshape(rows, len(masters), rows, -1)
-    tangent = MasterTangent.between(masters, modes, bent)
+    kinematics, motion = equations.model.kinematics, SampledMotion(series, at.q, at.omega)
+    bent = closing.bent_tangent(series, at.q, forces)
+    tangent = MasterTangent.between(kinematics.masters, at.q.shape[1], bent)
     for force in kinematics.forces:
         tangent = tangent.plus(force.master_tangent(motion))
     return Bending(closing.turned_pairs(series, at.q, forces), tangent)

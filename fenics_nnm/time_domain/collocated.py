@@ -19,8 +19,9 @@ from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.exponential_rule import gauss_nodes
 from fenics_nnm.time_domain.integrator import Trajectory
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
-from fenics_nnm.time_domain.smooth_step import Rule, SmoothStep
+from fenics_nnm.time_domain.smooth_step import SmoothStep, Start
 from fenics_nnm.time_domain.states import States
+from fenics_nnm.time_domain.step_rule import Rule
 
 #: As in `flow`: points in contact are those a moment later, this over the highest frequency.
 _MOMENT = 1e-9
@@ -125,7 +126,7 @@ class Collocated:
         """Times and weights of a step."""
         key = stage.active.tobytes(), step
         if key not in self._rules:
-            made = Rule.of(gauss_nodes(self.nodes), stage.linear.nu, step)
+            made = Rule.of(gauss_nodes(self.nodes), stage.linear.nu, stage.remainder, step)
             if not keep:
                 return made
             if len(self._rules) >= _KEPT:
@@ -218,17 +219,12 @@ class _Walk:
         shortest = _SHORTEST * self._step
         while self._step > longest:
             self._step /= 2
+        start = Start.of(stage, self._q, self._velocity, self._size)
         while self._step > shortest:
             length = min(self._step, left)
             rule = self._flow.rule(stage, length, keep=length == self._step)
-            found = SmoothStep.solved(
-                stage,
-                rule,
-                self._q,
-                self._velocity,
-                guess=self._guess(stage, before, passed, length),
-                size=self._size,
-            )
+            guess = self._guess(stage, before, passed, length)
+            found = SmoothStep.solved(stage, rule, start, guess)
             error = found.tail / self._size if found else np.inf
             if found and error <= self._flow.tolerance:
                 if length == self._step:
@@ -248,7 +244,7 @@ class _Walk:
     ) -> Array:
         if before is not None:
             return before.continued(passed, length)
-        first = stage.remainder(self._q[None], self._velocity[None])
+        first = stage.remainder(stage.seen(self._q[None], self._velocity[None]))
         return np.repeat(first, self._flow.nodes, axis=0)
 
     def _note_start(self) -> None:
@@ -260,10 +256,8 @@ class _Walk:
         at = (self._times > self._clock) & (self._times <= self._clock + passed)
         if at.any():
             self._q_at[at], self._velocity_at[at] = step.states(self._times[at] - self._clock)
-        if self._transition is not None:
-            self._transition = step.carried(self._transition, passed)
         if not np.isnan(self._speed_integral):
             self._speed_integral += step.speed_integral(passed)
         self._contact_time += passed * step.stage.linear.contact
-        self._q, self._velocity = step.state(passed)
+        self._q, self._velocity, self._transition = step.after(passed, self._transition)
         self._clock += passed

@@ -118,18 +118,36 @@ class Weights:
         )
 
     def motion(self, x: Array, rate: Array, remainder: Array) -> tuple[Array, Array]:
-        """Coordinates and velocities of c motions, each of shape (J, t, c).
+        """Coordinates and velocities of a motion, each of shape (J, t).
 
         Args:
-            x: Coordinates at the start, shape (J, c).
-            rate: Their velocities, shape (J, c).
-            remainder: Remainder at the nodes, shape (J, s, c).
+            x: Coordinates at the start, shape (J,).
+            rate: Their velocities, shape (J,).
+            remainder: Remainder at the nodes, shape (J, s).
         """
-        cosine, sine = self.cosine[:, :, None], self.sine[:, :, None]
-        x, rate, nu = x[:, None], rate[:, None], self.nu[:, None, None]
-        pulled = self.both @ remainder
+        x, rate, nu = x[:, None], rate[:, None], self.nu[:, None]
+        pulled = (self.both @ remainder[:, :, None])[:, :, 0]
         count = self.cosine.shape[1]
         return (
-            cosine * x + sine / nu * rate + pulled[:, :count],
-            cosine * rate - sine * nu * x + pulled[:, count:],
+            self.cosine * x + self.sine / nu * rate + pulled[:, :count],
+            self.cosine * rate - self.sine * nu * x + pulled[:, count:],
+        )
+
+    def carried(self, start: Array, directions: Array, pushes: Array) -> tuple[Array, Array]:
+        """Changes of coordinates and velocities at the only time, each of shape (J, c).
+
+        Args:
+            start: Those at the start, one below the other, shape (2 J, c).
+            directions: Directions of the pushes, shape (J, p).
+            pushes: Changes of the pushes at the nodes, shape (s, p, c).
+        """
+        modes, columns = len(self.nu), start.shape[1]
+        by_pushes = self.both[:, :, :, None] * directions[:, None, None, :]
+        count = pushes.shape[0] * pushes.shape[1]
+        pulled = by_pushes.reshape(2 * modes, count) @ pushes.reshape(count, columns)
+        x, rate = start[:modes], start[modes:]
+        pulled = pulled.reshape(modes, 2, columns)
+        return (
+            self.cosine * x + self.sine / self.nu[:, None] * rate + pulled[:, 0],
+            self.cosine * rate - self.sine * self.nu[:, None] * x + pulled[:, 1],
         )

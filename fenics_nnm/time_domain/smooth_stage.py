@@ -2,7 +2,7 @@
 
 With A the points in contact, lambda_A = R_AA^-1 (p_A - gap_A) whatever its sign, so that the
 equations of motion are smooth, also a little beyond the end of the stage. What they differ by from
-those of linear kinematics, K_A of `linear_stage`, is the remainder:
+those of linear kinematics, K_A of `linear_stage`, is the remainder, see `time_domain.remainder`:
 
     q'' = -K_A (q - rest) + n(q, q').
 """
@@ -16,6 +16,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, Mask
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.time_domain.linear_stage import LinearStage
+from fenics_nnm.time_domain.remainder import Remainder
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +28,14 @@ class SmoothStage:
         linear: The stage with linear kinematics.
         give: Contact forces by p - gap, zero rows for open points, shape (n_c, n_c).
         margin: Margins by p - gap, see `mechanics.closed`, shape (n_c, n_c).
+        remainder: N.
     """
 
     mechanics: Mechanics
     linear: LinearStage
     give: Array
     margin: Array
+    remainder: Remainder
 
     @classmethod
     def of(cls, mechanics: Mechanics, active: Mask) -> SmoothStage:
@@ -46,7 +49,8 @@ class SmoothStage:
             give[both] = (inverse + inverse.T) / 2
             margin += model.R @ give
             margin[active] = give[active] / np.diagonal(inverse)[:, None]
-        return cls(mechanics, LinearStage.of(model, active), give, margin)
+        linear = LinearStage.of(model, active)
+        return cls(mechanics, linear, give, margin, Remainder.of(model, linear, give))
 
     @property
     def active(self) -> Mask:
@@ -80,29 +84,8 @@ class SmoothStage:
             pull = pull + (force[:, None, :] @ shapes)[:, 0]
         return kinematics.inertia.accelerated(q, -pull[:, :, None])[:, :, 0]
 
-    def remainder(self, q: Array, velocity: Array) -> Array:
-        """N at states of shape (s, J)."""
-        stage = self.linear
-        linear = ((q - stage.rest) @ stage.V * stage.nu**2) @ stage.V.T
-        return self.acceleration(q, velocity) + linear
-
-    def tangents(self, q: Array, velocity: Array) -> tuple[Array, Array]:
-        """Derivatives of n by q and q' at states of shape (s, J), each of shape (s, J, J)."""
-        model, kinematics, stage = (
-            self.mechanics.model,
-            self.mechanics.model.kinematics,
-            self.linear,
-        )
-        acceleration = self.acceleration(q, velocity)
-        by_q = np.tile(np.diag(model.omega**2), (len(q), 1, 1))
-        by_velocity = np.zeros_like(by_q)
-        if stage.contact:
-            shapes = kinematics.closing.shapes_at(model.Phi, q)
-            by_q += shapes.swapaxes(1, 2) @ self.give @ shapes
-            by_q = kinematics.closing.stiffened(by_q, self.excess(q) @ self.give)
-        for force in self.mechanics.forces:
-            one, other = force.tangent_at(q, velocity, acceleration)
-            by_q, by_velocity = by_q + one, by_velocity + other
-        linear = (stage.V * stage.nu**2) @ stage.V.T
-        inertia = kinematics.inertia
-        return inertia.accelerated(q, -by_q) + linear, inertia.accelerated(q, -by_velocity)
+    def seen(self, q: Array, velocity: Array) -> Array:
+        """What the remainder sees of states of shape (s, J), shape (s, 3 k + P)."""
+        linear, remainder = self.linear, self.remainder
+        position = (q - linear.rest) @ linear.V @ remainder.position.T + remainder.offset
+        return np.concatenate([position, velocity @ linear.V @ remainder.rate.T], axis=1)

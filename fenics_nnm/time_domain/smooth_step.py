@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.time_domain.exponential_rule import GaussNodes, Weights, gauss_nodes
+from fenics_nnm.time_domain.exponential_rule import Weights, gauss_nodes
 from fenics_nnm.time_domain.margins import Margins
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
-from fenics_nnm.time_domain.variation import varied
+from fenics_nnm.time_domain.step_rule import Rule
 
 #: A margin is negative below this part of the size of what it is the difference of.
 _ROUND_OFF = 1e-13
@@ -23,38 +23,24 @@ _CONVERGED, _STALLED = 2e-15, 1e-12
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
-    """Times and weights of a step of some length in a stage.
+class Start:
+    """The state at which a step starts, in coordinates of the stage.
 
     Attributes:
-        step: Length in s.
-        nodes: Gauss points.
-        at_nodes: Weights at these.
-        watched: Times at which margins are looked at, the last at the end, shape (d,).
-        at_watched: Weights at these.
-        at_end: Weights at the end.
+        x: Coordinates, shape (J,).
+        rate: Their velocities, shape (J,).
+        size: Size of velocities of the motion.
     """
 
-    step: float
-    nodes: GaussNodes
-    at_nodes: Weights
-    watched: Array
-    at_watched: Weights
-    at_end: Weights
+    x: Array
+    rate: Array
+    size: float
 
     @classmethod
-    def of(cls, nodes: GaussNodes, nu: Array, step: float) -> Rule:
-        """Times apart by no more than a radian of the fastest mode."""
-        count = max(8, int(np.ceil(step * nu[-1])))
-        watched = step * np.arange(1, count + 1) / count
-        return cls(
-            step,
-            nodes,
-            Weights.of(nodes, nu, step, step * nodes.at),
-            watched,
-            Weights.of(nodes, nu, step, watched),
-            Weights.of(nodes, nu, step, watched[-1:]),
-        )
+    def of(cls, stage: SmoothStage, q: Array, velocity: Array, size: float) -> Start:
+        """A state of the model, its coordinates and velocities of shape (J,)."""
+        linear = stage.linear
+        return cls((q - linear.rest) @ linear.V, velocity @ linear.V, size)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,45 +50,46 @@ class SmoothStep:
     Attributes:
         stage: Stage.
         rule: Times and weights.
-        x: Coordinates of the stage at the start, shape (J, 1).
-        rate: Their velocities, shape (J, 1).
-        remainder: Remainder at the nodes in coordinates of the stage, shape (J, s, 1).
+        start: State at the start.
+        seen: What the remainder sees at the nodes, shape (s, 3 k + P).
+        pushes: What it pushes by there, shape (s, P + k).
+        remainder: Remainder at the nodes in coordinates of the stage, shape (J, s).
     """
 
     stage: SmoothStage
     rule: Rule
-    x: Array
-    rate: Array
+    start: Start
+    seen: Array
+    pushes: Array
     remainder: Array
 
     @classmethod
     def solved(
-        cls, stage: SmoothStage, rule: Rule, q: Array, velocity: Array, *, guess: Array, size: float
+        cls, stage: SmoothStage, rule: Rule, start: Start, guess: Array
     ) -> SmoothStep | None:
-        """The step from a state, by fixed-point iteration on the remainder.
+        """The step from a state, by fixed-point iteration on the pushes.
 
         Args:
             stage: Stage.
             rule: Times and weights.
-            q: Coordinates at the start, shape (J,).
-            velocity: Their velocities.
-            guess: Remainder at the nodes to begin with, shape (s, J).
-            size: Size of velocities of the motion.
+            start: State at the start.
+            guess: Pushes at the nodes to begin with, shape (s, P + k).
 
         Returns:
             None where it does not converge.
         """
-        linear = stage.linear
-        x, rate = ((q - linear.rest) @ linear.V)[:, None], (velocity @ linear.V)[:, None]
-        wide = size * (1 + rule.step * float(linear.nu[-1]))
-        remainder, before = (linear.V.T @ guess.T)[:, :, None], np.inf
+        directions = stage.remainder.directions
+        wide = start.size * (1 + rule.step * float(stage.linear.nu[-1]))
+        free = rule.free(start.x, start.rate)
+        pushes, before = guess, np.inf
         for _ in range(_ITERATIONS):
-            states = _of_stage(stage, rule.at_nodes.motion(x, rate, remainder))
-            found = (linear.V.T @ stage.remainder(*states).T)[:, :, None]
-            change = rule.step * float(np.abs(found - remainder).max())
-            remainder = found
+            seen = free + rule.seen_of(pushes)
+            found = stage.remainder(seen)
+            moved = (found - pushes) @ directions.T
+            change = rule.step * float(np.abs(moved).max(initial=0.0))
+            pushes = found
             if change <= _CONVERGED * wide or before / 2 < change <= _STALLED * wide:
-                return cls(stage, rule, x, rate, remainder)
+                return cls(stage, rule, start, seen, pushes, directions @ pushes.T)
             if not change < 1e3 * before:
                 return None
             before = change
@@ -111,30 +98,36 @@ class SmoothStep:
     @property
     def tail(self) -> float:
         """Size of the highest coefficients of the remainder, as a velocity."""
-        highest = np.linalg.norm(
-            self.rule.nodes.to_legendre[-2:] @ self.remainder[:, :, 0].T, axis=1
-        )
+        coefficients = self.rule.nodes.to_legendre[-2:] @ self.remainder.T
+        highest = np.linalg.norm(coefficients, axis=1)
         return self.rule.step * float(max(highest[1], highest[0] / 8))
 
     def states(self, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities at times of the step, each of shape (t, J)."""
         return self._states(self._weights(times))
 
-    def state(self, time: float) -> tuple[Array, Array]:
-        """Coordinates and velocities at a time, each of shape (J,)."""
-        q, velocity = self._states(self._weights_at(time))
-        return q[0], velocity[0]
+    def after(self, time: float, changes: Array | None) -> tuple[Array, Array, Array | None]:
+        """Coordinates and velocities at a time, and changes of them.
+
+        Args:
+            time: Time from the start.
+            changes: Changes (2 J, c) of the state at the start, or None.
+        """
+        at_end = time == self.rule.step
+        weights = self.rule.at_end if at_end else self._weights(np.array([time]))
+        q, velocity = self._states(weights)
+        carried = None if changes is None else self._carried(weights, changes)
+        return q[0], velocity[0], carried
 
     def continued(self, step: float, following: float) -> Array:
-        """Remainder at the nodes of a following step, if it goes on, shape (s, J).
+        """Pushes at the nodes of a following step, if it goes on, shape (s, P + k).
 
         Args:
             step: Time from the start at which that begins.
             following: Its length.
         """
         nodes = self.rule.nodes
-        at = (step + following * nodes.at) / self.rule.step
-        return np.asarray(nodes.beyond(at, self.remainder[:, :, 0].T) @ self.stage.linear.V.T)
+        return nodes.beyond((step + following * nodes.at) / self.rule.step, self.pushes)
 
     def speed_integral(self, time: float) -> float:
         """Integral of |q'|^2 from the start to a time, in J s."""
@@ -157,33 +150,33 @@ class SmoothStep:
         found = Margins(times, margins, rates, -_ROUND_OFF * size)
         return found.first_negative(self._margin_at)
 
-    def carried(self, changes: Array, time: float) -> Array:
-        """Changes (2 J, c) of the state at the start, after a time in this step."""
-        stage, rule = self.stage, self.rule
-        V, masters = stage.linear.V, stage.mechanics.model.kinematics.masters
-        tangents = stage.tangents(*self._states(rule.at_nodes))
-        dx, rate = (V.T @ each for each in np.split(changes, 2))
-        remainder = varied(masters, V, rule.at_nodes, tangents, np.concatenate([dx, rate]))
-        ends = self._weights_at(time).motion(dx, rate, remainder)
-        return np.concatenate([V @ each[:, 0] for each in ends])
+    def _carried(self, weights: Weights, changes: Array) -> Array:
+        """Changes (2 J, c) of the state at the start, at a time of this step.
 
-    def _weights_at(self, time: float) -> Weights:
-        """Weights at one time; those at the end are kept."""
-        return self.rule.at_end if time == self.rule.step else self._weights(np.array([time]))
+        What is seen of them is y = h + A B y, with h of the oscillators without remainder, B the
+        slopes of the pushes: (3 k + P) s equations for all changes at once.
+        """
+        V, rule, directions = self.stage.linear.V, self.rule, self.stage.remainder.directions
+        start = np.concatenate([V.T @ each for each in np.split(changes, 2)])
+        slopes, size = self.stage.remainder.slopes(self.seen), self.seen.size
+        nodes, seen = self.seen.shape
+        by_node = rule.by_pushes.reshape(size, *self.pushes.shape).swapaxes(0, 1) @ slopes
+        matrix = np.eye(size) - by_node.swapaxes(0, 1).reshape(size, size)
+        found = np.linalg.solve(matrix, rule.by_start @ start)
+        pushes = slopes @ found.reshape(nodes, seen, changes.shape[1])
+        ends = weights.carried(start, directions, pushes)
+        return np.concatenate([V @ each for each in ends])
 
     def _weights(self, times: Array) -> Weights:
         return Weights.of(self.rule.nodes, self.stage.linear.nu, self.rule.step, times)
 
     def _states(self, weights: Weights) -> tuple[Array, Array]:
-        return _of_stage(self.stage, weights.motion(self.x, self.rate, self.remainder))
+        """Coordinates and velocities of the model, (t, J)."""
+        linear, start = self.stage.linear, self.start
+        x, rate = weights.motion(start.x, start.rate, self.remainder)
+        return linear.rest + x.T @ linear.V.T, rate.T @ linear.V.T
 
     def _margin_at(self, point: int, time: float) -> tuple[float, float]:
         """A margin and its rate at a time."""
         margins, rates = self.stage.margins_and_rates(*self.states(np.array([time])))
         return float(margins[0, point]), float(rates[0, point])
-
-
-def _of_stage(stage: SmoothStage, moved: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Coordinates and velocities of the model, (t, J), from those of the stage, (J, t, 1)."""
-    V = stage.linear.V
-    return stage.linear.rest + moved[0][:, :, 0].T @ V.T, moved[1][:, :, 0].T @ V.T

@@ -23,6 +23,7 @@ BODY = BentBody.random(6, 2, seed=3)
 MODEL = replace(BODY.reduction(4, np.array([0, 2])).model, gap=np.array([0.1, 0.12]))
 Q, V = np.array([0.2, 0.05, -0.1, 0.02]), np.array([0.1, 0.05, 0.1, -0.1])
 SPAN = 9.0
+RNG = np.random.default_rng(8)
 
 
 def test_same_motion_as_runge_kutta_steps_at_their_error() -> None:
@@ -71,7 +72,6 @@ def test_derivatives_of_the_energy_and_of_the_stage_against_differences() -> Non
 
 def _compare(flow: Collocated, stage: SmoothStage, q: Array, step: float) -> None:
     gradient = flow.energy_gradient(q, V)
-    by_q, by_velocity = stage.tangents(q[None], V[None])
     for j, d in enumerate(step * np.eye(4)):
         assert gradient[j] == pytest.approx(
             (flow.energy(q + d, V) - flow.energy(q - d, V)) / (2 * step), abs=1e-7
@@ -79,10 +79,21 @@ def _compare(flow: Collocated, stage: SmoothStage, q: Array, step: float) -> Non
         assert gradient[4 + j] == pytest.approx(
             (flow.energy(q, V + d) - flow.energy(q, V - d)) / (2 * step), abs=1e-7
         )
-        moved = np.array([q + d, q - d, q, q]), np.array([V, V, V + d, V - d])
-        one, two, three, four = stage.remainder(*moved)
-        np.testing.assert_allclose(by_q[0, :, j], (one - two) / (2 * step), atol=1e-6)
-        np.testing.assert_allclose(by_velocity[0, :, j], (three - four) / (2 * step), atol=1e-6)
+    remainder, seen = stage.remainder, stage.seen(q[None], V[None])
+    changes = step * np.eye(remainder.seen)
+    differences = (remainder(seen + changes) - remainder(seen - changes)) / (2 * step)
+    found = remainder.slopes(seen)[0]
+    np.testing.assert_allclose(found, differences.T, atol=1e-6 * np.abs(found).max())
+
+
+def test_remainder_is_what_the_acceleration_lacks_of_linear_motion() -> None:
+    flow = Collocated(Mechanics.of(MODEL))
+    for held in ([False, False], [True, False], [True, True]):
+        stage = SmoothStage.of(flow.mechanics, np.array(held))
+        linear, q, v = stage.linear, RNG.normal(size=(3, 4)), RNG.normal(size=(3, 4))
+        found = stage.remainder(stage.seen(q, v)) @ (linear.V @ stage.remainder.directions).T
+        pull = ((q - linear.rest) @ linear.V * linear.nu**2) @ linear.V.T
+        np.testing.assert_allclose(found, stage.acceleration(q, v) + pull, atol=1e-12)
 
 
 def test_flow_is_symplectic_in_coordinates_and_momenta() -> None:
@@ -117,18 +128,17 @@ def test_oscillator_under_a_polynomial_force_is_exact_however_fast_it_is() -> No
     nodes = gauss_nodes(5)
     force = 1 + nodes.at**3
     weights = Weights.of(nodes, nu, step, np.array([step]))
-    nothing = np.zeros((2, 1))
-    x, rate = weights.motion(nothing, nothing, np.tile(force[None, :, None], (2, 1, 1)))
+    x, rate = weights.motion(np.zeros(2), np.zeros(2), np.tile(force, (2, 1)))
     # x'' + nu^2 x = 1 + (t/h)^3 has the particular solution (1 + s^3 - 6 s / (nu h)^2) / nu^2
     bend = 6 / (nu * step) ** 2
     exact = (2 - bend) / nu**2 - np.cos(nu * step) / nu**2 + bend * np.sin(nu * step) / nu**3 / step
-    np.testing.assert_allclose(x[:, 0, 0], exact, rtol=1e-11)
+    np.testing.assert_allclose(x[:, 0], exact, rtol=1e-11)
     slope = (
         (3 - bend) / step / nu**2
         + np.sin(nu * step) / nu
         + bend * np.cos(nu * step) / (nu**2 * step)
     )
-    np.testing.assert_allclose(rate[:, 0, 0], slope, rtol=1e-11)
+    np.testing.assert_allclose(rate[:, 0], slope, rtol=1e-11)
 
 
 def test_first_change_is_found_also_between_the_times_looked_at() -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Mask
+from fenics_nnm.arrays import Array, Indices, Mask
 
 Exact = Callable[[int, float], tuple[float, float]]
 """From a contact point and a time to its margin and the rate of that."""
@@ -20,6 +20,9 @@ _NEAR = 0.1
 
 #: Steps to a zero, and the part of the time at which it has arrived.
 _STEPS, _ARRIVED = 60, 1e-14
+
+#: Value, over that at the start, at which the zero of a cubic is found.
+_ROUGH = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,50 +55,96 @@ class Margins:
 
     def _dips(self) -> Mask:
         """Where a margin falls, rises, and may be negative in between, shape (d - 1, n_c)."""
-        before, after = self.margins[:-1], self.margins[1:]
         turns = (self.rates[:-1] < 0) & (self.rates[1:] > 0)
-        if not turns.any():
-            return turns
-        length, t = np.diff(self.times)[:, None], _INSIDE[:, None, None]
-        cubic = (
-            (1 + 2 * t) * (1 - t) ** 2 * before
-            + t * (1 - t) ** 2 * length * self.rates[:-1]
-            + t**2 * (3 - 2 * t) * after
-            + t**2 * (t - 1) * length * self.rates[1:]
-        )
-        return np.asarray(turns & (cubic.min(axis=0) < _NEAR * np.minimum(before, after)))
+        at, point = np.nonzero(turns)
+        if len(at):
+            ends, t = self._ends(at, point), _INSIDE[:, None]
+            lowest = _cubic(t, *ends)[0].min(axis=0)
+            turns[at, point] = lowest < _NEAR * np.minimum(ends[0], ends[1])
+        return np.asarray(turns)
+
+    def _ends(self, at: Indices | int, point: Indices | int) -> tuple[Array, Array, Array, Array]:
+        """Margins at the ends of intervals, and rates there times their lengths."""
+        length = self.times[at + 1] - self.times[at]
+        margins, rates = self.margins, self.rates
+        slopes = length * rates[at, point], length * rates[at + 1, point]
+        return (margins[at, point], margins[at + 1, point], *slopes)
 
     def _crossing(self, at: int, point: int, exact: Exact) -> float | None:
         """First time after the time number `at` at which a margin comes to zero, if it does."""
         start, end = float(self.times[at]), float(self.times[at + 1])
-        zero = float(self.zero[point])
+        zero, ends = float(self.zero[point]), [float(each) for each in self._ends(at, point)]
         if self.margins[at + 1, point] >= zero:
             end = _root(lambda time: (-exact(point, time)[1], None), start, end, 0.0)
-            if exact(point, end)[0] >= zero:
+            lowest, _ = exact(point, end)
+            if lowest >= zero:
                 return None
+            ends = [
+                ends[0],
+                lowest,
+                ends[2] * (end - start) / (float(self.times[at + 1]) - start),
+                0.0,
+            ]
         if self.margins[at, point] <= 0:
             return start
-        return _root(lambda time: exact(point, time), start, end, -zero)
+        first = start + (end - start) * _cubic_root(*ends)
+        return _root(lambda time: exact(point, time), start, end, -zero, first)
+
+
+def _cubic(
+    t: Array | float, before: Array, after: Array, falls: Array, rises: Array
+) -> tuple[Array, Array]:
+    """A cubic in t = 0 .. 1 with values and slopes at both ends, and its slope.
+
+    Args:
+        t: Where.
+        before: Value at 0.
+        after: Value at 1.
+        falls: Slope at 0.
+        rises: Slope at 1.
+    """
+    square, steep = 3 * (after - before) - 2 * falls - rises, 2 * (before - after) + falls + rises
+    value = before + t * (falls + t * (square + t * steep))
+    return value, falls + t * (2 * square + 3 * t * steep)
+
+
+def _cubic_root(before: float, after: float, falls: float, rises: float) -> float:
+    """Where the cubic changes sign, from positive to not positive, to a few digits."""
+
+    def function(t: float) -> tuple[float, float | None]:
+        value, slope = _cubic(t, before, after, falls, rises)
+        return float(value), float(slope)
+
+    return _root(function, 0.0, 1.0, _ROUGH * before)
 
 
 def _root(
-    function: Callable[[float], tuple[float, float | None]], start: float, end: float, zero: float
+    function: Callable[[float], tuple[float, float | None]],
+    start: float,
+    end: float,
+    zero: float,
+    first: float | None = None,
 ) -> float:
     """Where a function that is positive at the start and not at the end changes sign.
 
     By Newton's steps where there are slopes and they stay inside, else by halving, until its value
-    is below what counts as zero.
+    is below what counts as zero, or the next step would be: steps of Newton's iteration are, from
+    some step on, a factor times the square of those before.
     """
-    time = (start + end) / 2
+    time = (start + end) / 2 if first is None else first
+    arrived, last = _ARRIVED * end, end - start
     for _ in range(_STEPS):
         value, slope = function(time)
         if abs(value) <= zero:
             break
         start, end = (time, end) if value > 0 else (start, time)
-        before = time
+        before, newton = time, bool(slope)
         time = time - value / slope if slope else start
         if not start < time < end:
-            time = (start + end) / 2
-        if abs(time - before) <= _ARRIVED * end or end - start <= _ARRIVED * end:
+            time, newton = (start + end) / 2, False
+        step = abs(time - before)
+        following = step * (step / last) ** 2 if newton else step
+        last = step if newton else end - start
+        if min(step, following) <= arrived or end - start <= arrived:
             break
     return time

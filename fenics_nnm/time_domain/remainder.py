@@ -18,70 +18,15 @@ Pairs of masters j <= k stand for both orders.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.second_order import symmetrised
 from fenics_nnm.time_domain.linear_stage import LinearStage
-
-
-@dataclass(frozen=True, slots=True)
-class MasterPairs:
-    """Pairs j <= k of k masters, P of them.
-
-    Attributes:
-        first: j of each, shape (P,).
-        second: k of each, shape (P,).
-        number: Number of the pair of any two masters, shape (k, k).
-    """
-
-    first: Indices
-    second: Indices
-    number: Indices
-
-    @classmethod
-    def of(cls, masters: int) -> MasterPairs:
-        """Those of so many masters."""
-        first, second = np.triu_indices(masters)
-        number = np.zeros((masters, masters), dtype=np.int64)
-        number[first, second] = number[second, first] = np.arange(len(first))
-        return cls(first, second, number)
-
-    @property
-    def count(self) -> int:
-        """Number of pairs."""
-        return len(self.first)
-
-    def products(self, q: Array) -> Array:
-        """Products of masters (s, k), shape (s, P)."""
-        return np.asarray(q[:, self.first] * q[:, self.second])
-
-    def product_slopes(self, q: Array) -> Array:
-        """Their derivatives by the masters, shape (s, P, k)."""
-        slopes, at = np.zeros((len(q), self.count, q.shape[1])), np.arange(self.count)
-        slopes[:, at, self.first] = q[:, self.second]
-        slopes[:, at, self.second] += q[:, self.first]
-        return slopes
-
-    def matrix_slopes(self, q: Array) -> Array:
-        """Derivatives of matrices times q, (s, k), by the values of pairs, shape (s, k, P)."""
-        slopes, at = np.zeros((len(q), q.shape[1], self.count)), np.arange(self.count)
-        slopes[:, self.first, at] = q[:, self.second]
-        slopes[:, self.second, at] = q[:, self.first]
-        return slopes
-
-    def weighted(self, tensor: Array) -> Array:
-        """Tensor whose last two indices run over pairs, for products: T_jk + T_kj, (.., P)."""
-        both = tensor[..., self.first, self.second] + tensor[..., self.second, self.first]
-        return np.asarray(np.where(self.first == self.second, both / 2, both))
-
-    def matrices(self, values: Array) -> Array:
-        """Symmetric matrices of values of pairs (s, P), shape (s, k, k)."""
-        return np.asarray(values[:, self.number])
+from fenics_nnm.time_domain.master_pairs import MasterPairs, tensors_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +94,7 @@ class Remainder:
         """
         masters, V = model.kinematics.masters, linear.V
         k, pairs = len(masters), MasterPairs.of(len(masters))
-        Theta, alpha, beta, D = _tensors_of(model.kinematics.tensors, model.Phi.shape, k)
+        Theta, alpha, beta, D = tensors_of(model)
         coupled = alpha.copy()
         coupled[masters] = 0.0
         pulled = give @ model.Phi
@@ -232,16 +177,6 @@ class Remainder:
         if k == 1:
             return np.asarray(right / (1 + mass))
         return np.linalg.solve(np.eye(k) + mass, right)
-
-
-def _tensors_of(
-    known: Mapping[str, Array], shape: tuple[int, ...], k: int
-) -> tuple[Array, Array, Array, Array]:
-    """Theta, alpha, beta and D of kinematics, empty where they have no masters."""
-    points, modes = shape
-    sizes = {"Theta": (points, k, k), "alpha": (modes, k, k), "beta": (k,) * 4, "D": (k,) * 4}
-    Theta, alpha, beta, D = (known.get(name, np.zeros(size)) for name, size in sizes.items())
-    return Theta, alpha, beta, D
 
 
 def _by_two(D: Array, one: Array, other: Array, order: tuple[int, int, int, int]) -> Array:

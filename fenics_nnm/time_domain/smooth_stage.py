@@ -17,6 +17,7 @@ from fenics_nnm.arrays import Array, Mask
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.time_domain.linear_stage import LinearStage
 from fenics_nnm.time_domain.remainder import Remainder
+from fenics_nnm.time_domain.stage_margins import StageMargins
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +30,7 @@ class SmoothStage:
         give: Contact forces by p - gap, zero rows for open points, shape (n_c, n_c).
         margin: Margins by p - gap, see `mechanics.closed`, shape (n_c, n_c).
         remainder: N.
+        course: Margins along the motion, from the coordinates of the stage.
     """
 
     mechanics: Mechanics
@@ -36,6 +38,7 @@ class SmoothStage:
     give: Array
     margin: Array
     remainder: Remainder
+    course: StageMargins
 
     @classmethod
     def of(cls, mechanics: Mechanics, active: Mask) -> SmoothStage:
@@ -50,7 +53,9 @@ class SmoothStage:
             margin += model.R @ give
             margin[active] = give[active] / np.diagonal(inverse)[:, None]
         linear = LinearStage.of(model, active)
-        return cls(mechanics, linear, give, margin, Remainder.of(model, linear, give))
+        remainder = Remainder.of(model, linear, give)
+        course = StageMargins.of(model, linear, margin)
+        return cls(mechanics, linear, give, margin, remainder, course)
 
     @property
     def active(self) -> Mask:
@@ -66,13 +71,6 @@ class SmoothStage:
     def margins(self, q: Array) -> Array:
         """Margins in m at states of shape (s, J), shape (s, n_c)."""
         return np.asarray(self.excess(q) @ self.margin.T)
-
-    def margins_and_rates(self, q: Array, velocity: Array) -> tuple[Array, Array]:
-        """Margins and their rates at states of shape (s, J), each of shape (s, n_c)."""
-        model = self.mechanics.model
-        shapes = model.kinematics.closing.shapes_at(model.Phi, q)
-        rates = (shapes @ velocity[:, :, None])[:, :, 0]
-        return self.margins(q), np.asarray(rates @ self.margin.T)
 
     def acceleration(self, q: Array, velocity: Array) -> Array:
         """Q'' of states of shape (s, J)."""

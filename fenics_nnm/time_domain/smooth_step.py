@@ -138,16 +138,16 @@ class SmoothStep:
 
     def end(self, start: float) -> float:
         """First time after `start` at which a margin is negative, or the end of the step."""
-        rule = self.rule
+        rule, own = self.rule, self.start
         if start >= rule.step:
             return rule.step
-        states = zip(self.states(np.array([start])), self._states(rule.at_watched), strict=True)
-        q, velocity = (np.concatenate(parts) for parts in states)
-        late = np.append(True, rule.watched > start)
-        margins, rates = self.stage.margins_and_rates(q[late], velocity[late])
-        size = np.abs(self.stage.excess(q)).max(axis=0) + self.stage.mechanics.model.gap
-        times = np.append(start, rule.watched)[late]
-        found = Margins(times, margins, rates, -_ROUND_OFF * size)
+        x, rate = rule.at_watched.motion(own.x, own.rate, self.remainder)
+        # so early that what the motion bends by is round-off
+        x, rate = np.vstack([own.x + start * own.rate, x.T]), np.vstack([own.rate, rate.T])
+        times = np.append(start, rule.watched)
+        margins, rates, size = self.stage.course.at(x, rate)
+        late = times >= start
+        found = Margins(times[late], margins[late], rates[late], -_ROUND_OFF * size)
         return found.first_negative(self._margin_at)
 
     def _carried(self, weights: Weights, changes: Array) -> Array:
@@ -178,5 +178,8 @@ class SmoothStep:
 
     def _margin_at(self, point: int, time: float) -> tuple[float, float]:
         """A margin and its rate at a time."""
-        margins, rates = self.stage.margins_and_rates(*self.states(np.array([time])))
+        x, rate = self._weights(np.array([time])).motion(
+            self.start.x, self.start.rate, self.remainder
+        )
+        margins, rates, _ = self.stage.course.at(x.T, rate.T)
         return float(margins[0, point]), float(rates[0, point])

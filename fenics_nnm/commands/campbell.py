@@ -15,6 +15,7 @@ from fenics_nnm.commands.shared import (
     add_settings,
     add_study,
     asked_study,
+    assert_jobs,
     complain,
     console_of,
     show,
@@ -24,6 +25,9 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.interrupts import terminable
 
 if TYPE_CHECKING:
+    from fenics_nnm.running.campbell_journal import CampbellJournal
+    from fenics_nnm.running.campbell_worker import Asked
+    from fenics_nnm.stages import Stages
     from fenics_nnm.structure.campbell import AtSpeed
 
 #: Most speeds of a diagram, the largest one in rad/s, and digits of an engine order.
@@ -64,6 +68,9 @@ def add_to(commands: Commands) -> None:
     campbell.add_argument(
         "--resume", action="store_true", help="take over nonlinear motions of speeds that are done"
     )
+    campbell.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="processes of this machine (default: 1)"
+    )
     add_settings(campbell)
     add_study(campbell)
     campbell.set_defaults(action=_campbell)
@@ -76,10 +83,11 @@ def _campbell(arguments: argparse.Namespace) -> int:
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.campbell_report import write_campbell
     from fenics_nnm.running.campbell_journal import CampbellJournal
-    from fenics_nnm.running.nonlinear_lines import NonlinearLines, assert_has_lines
-    from fenics_nnm.structure.campbell import campbell_lines
+    from fenics_nnm.running.campbell_worker import Asked
+    from fenics_nnm.running.nonlinear_lines import assert_has_lines
 
     comm = MPI.COMM_WORLD
+    assert_jobs(arguments.jobs, comm)
     speeds, orders = speeds_from(arguments.speeds, turns=arguments.rpm), orders_of(arguments.orders)
     if arguments.modes < 1:
         raise StudyError(f"--modes {arguments.modes}: must be 1 or more")
@@ -89,9 +97,9 @@ def _campbell(arguments: argparse.Namespace) -> int:
         assert_has_lines(study, arguments.modes)
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-campbell"
     journal = on_root(comm, CampbellJournal.begun, folder, resume=arguments.resume)
-    motions = NonlinearLines(targets, comm, journal)
     with terminable(), stages_of(console, arguments) as stages:
-        points = campbell_lines(study, speeds, arguments.modes, comm, stages, motions)
+        asked = Asked(study, arguments.modes, targets, verbose=arguments.verbose)
+        points = _lines(asked, speeds, arguments.jobs, journal, stages)
         title, turns = study.title, arguments.rpm
         found = on_root(comm, write_campbell, folder, points, orders, title=title, turns=turns)
     for each in found:
@@ -106,6 +114,22 @@ def _campbell(arguments: argparse.Namespace) -> int:
         for line in missing:
             complain(line)
     return INCOMPLETE if missing else DONE
+
+
+def _lines(
+    asked: Asked, speeds: Sequence[float], jobs: int, journal: CampbellJournal, stages: Stages
+) -> tuple[AtSpeed, ...]:
+    """The diagram at all speeds, by all ranks together or by processes of this machine."""
+    from mpi4py import MPI
+
+    from fenics_nnm.running.campbell_jobs import Board, lines_on_processes
+    from fenics_nnm.running.nonlinear_lines import NonlinearLines
+    from fenics_nnm.structure.campbell import campbell_lines
+
+    if jobs > 1:
+        return lines_on_processes(Board(asked, speeds, journal), jobs, stages)
+    motions = NonlinearLines(asked.targets, MPI.COMM_WORLD, journal)
+    return campbell_lines(asked.study, speeds, asked.modes, MPI.COMM_WORLD, stages, motions)
 
 
 def _missing(points: Sequence[AtSpeed]) -> Iterator[str]:

@@ -69,6 +69,18 @@ def _only(text: str) -> Setting:
     return settings[0]
 
 
+def assert_jobs(jobs: int, comm: MPI.Comm) -> None:
+    """Refuse numbers of processes that cannot be.
+
+    Raises:
+        StudyError: if there are less than one, or more under mpirun.
+    """
+    if jobs < 1:
+        raise StudyError(f"--jobs {jobs}: must be at least 1")
+    if jobs > 1 and comm.size > 1:
+        raise StudyError(f"--jobs {jobs}: does not go with mpirun: the ranks share")
+
+
 def add_verbose(command: argparse.ArgumentParser) -> None:
     """The option that reports more on the way."""
     command.add_argument("-v", "--verbose", action="store_true", help="report more on the way")

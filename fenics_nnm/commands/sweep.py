@@ -13,12 +13,12 @@ from fenics_nnm.commands.shared import (
     INCOMPLETE,
     Commands,
     add_study,
+    assert_jobs,
     complain,
     console_of,
     show,
     stages_of,
 )
-from fenics_nnm.errors import StudyError
 from fenics_nnm.interrupts import terminable, uninterrupted
 from fenics_nnm.stages import Stages
 
@@ -85,10 +85,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
     from fenics_nnm.sweep.sweep import begun  # on all ranks: PETSc begins with all of them
 
     comm = MPI.COMM_WORLD
-    if arguments.jobs < 1:
-        raise StudyError(f"--jobs {arguments.jobs}: must be at least 1")
-    if arguments.jobs > 1 and comm.size > 1:
-        raise StudyError(f"--jobs {arguments.jobs}: does not go with mpirun: the ranks share")
+    assert_jobs(arguments.jobs, comm)
     sweep = on_root(comm, lambda: begun(_planned(arguments)))
     console = console_of(comm)
     if arguments.list:

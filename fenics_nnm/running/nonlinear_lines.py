@@ -78,27 +78,51 @@ class NonlinearLines:
         if not self.targets:
             return ()
         found = self._resolution if study.automatic else None
-        asked = partial(analyse, reached=ReachedByTargets(self.targets))
         key = on_root(self.comm, key_of, study, self.targets, found)
         done = on_root(self.comm, self.journal.known.get, key)
         if done is None:
             try:
-                chosen = choice(study, self.comm, found=self._resolution, analyse=asked)
-                done = Done(self._followed(chosen.prepared), chosen.study.resolution)
+                done = motions_of(study, analyse, self.targets, self.comm, self._resolution)
             except (ConvergenceError, ModelError) as error:
-                return tuple(MotionAtSpeed(each, FAILED, one_line(error)) for each in self.targets)
+                return failed_motions(self.targets, error)
             on_root(self.comm, self.journal.add, key, done)
         self._resolution = done.resolution
         return done.motions
 
-    def _followed(self, prepared: Prepared) -> tuple[MotionAtSpeed, ...]:
-        basis = prepared.linear.displacement_basis()
-        found: list[MotionAtSpeed] = []
-        for quantity in Quantity:
-            wanted = [each for each in self.targets if each.quantity is quantity]
-            if wanted:
-                found += on_root(self.comm, _motions, prepared, basis, wanted)
-        return tuple(found)
+
+def motions_of(
+    study: Study,
+    analyse: Analyse,
+    targets: Sequence[Target],
+    comm: MPI.Comm,
+    found: Resolution | None,
+) -> Done:
+    """Motions of the followed mode of a study at its speed, one a target; called on all ranks.
+
+    Args:
+        study: Study at its speed, with the number of its mode there.
+        analyse: Finds what is linear of it.
+        targets: Energies and amplitudes.
+        comm: Communicator of the mesh.
+        found: Numbers for "auto", if some were found before.
+
+    Raises:
+        ConvergenceError, ModelError: if its structure has no motions.
+    """
+    asked = partial(analyse, reached=ReachedByTargets(tuple(targets)))
+    chosen = choice(study, comm, found=found, analyse=asked)
+    basis = chosen.linear.displacement_basis()
+    moving: list[MotionAtSpeed] = []
+    for quantity in Quantity:
+        wanted = [each for each in targets if each.quantity is quantity]
+        if wanted:
+            moving += on_root(comm, _motions, chosen.prepared, basis, wanted)
+    return Done(tuple(moving), chosen.study.resolution)
+
+
+def failed_motions(targets: Sequence[Target], error: Exception) -> tuple[MotionAtSpeed, ...]:
+    """What stands for the motions at a speed that has none, with the reason."""
+    return tuple(MotionAtSpeed(each, FAILED, one_line(error)) for each in targets)
 
 
 def _motions(

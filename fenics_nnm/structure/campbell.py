@@ -9,15 +9,16 @@ from typing import Any, Protocol
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ConvergenceError, StudyError
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.errors import ConvergenceError, NonlinearModeError, StudyError
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
 from fenics_nnm.structure.motions_at_speed import MotionAtSpeed
-from fenics_nnm.structure.spinning import Spin
-from fenics_nnm.structure.spinning_matrices import SpinningMatrices
-from fenics_nnm.structure.spinning_mesh import SpinningMesh
+from fenics_nnm.structure.spinning import FollowedModes, Spin, SpinModes
+from fenics_nnm.structure.spinning_matrices import SpinningMatrices, matrices_spun
+from fenics_nnm.structure.spinning_mesh import SpinningMesh, mesh_spun
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
+from fenics_nnm.study.error_keys import one_line
 
 Motions = Callable[[Study, Analyse], tuple[MotionAtSpeed, ...]]
 """Nonlinear motions of a study at its speed, whose `Analyse` finds what is linear of it."""
@@ -45,20 +46,23 @@ class AtSpeed:
     motions: tuple[MotionAtSpeed, ...] = ()
 
 
-class _Spinning(Protocol):
+class Spinning(Protocol):
     """A structure at any speed."""
 
-    def at(self, speed: float, count: int, before: Array | None) -> Spin:
-        """The structure at a speed.
+    def at(self, speed: float, count: int) -> Spin:
+        """The structure at a speed; to be called on all ranks.
 
         Args:
             speed: Speed in rad/s.
-            count: Number of modes to follow.
-            before: Shapes of the modes that are followed at the speed before, if there is one.
+            count: Number of modes to follow; a few more are computed.
 
         Raises:
             ConvergenceError: if it cannot bear this speed.
+            MeshError, ModelError: if it is not in order at this speed.
         """
+
+    def inner(self, left: Array, right: Array) -> Array:
+        """a^T b over all ranks, of two blocks of columns."""
 
 
 def campbell_lines(
@@ -83,39 +87,64 @@ def campbell_lines(
 
     Raises:
         StudyError: if the study has no speed.
-        NonlinearModeError: as `Structure.linear`, or if modes cannot be found.
+        NonlinearModeError: as `Structure.linear`, or if the first modes cannot be found.
     """
-    spinning = _spinning(study, comm, stages)
+    spinning = spinning_of(study, comm, stages)
+    followed = FollowedModes(modes, spinning.inner)
     found: list[AtSpeed] = []
-    shapes: Array | None = None
     with stages.stage("speeds"):
         for number, speed in enumerate(speeds):
             try:
-                spin = spinning.at(speed, modes, shapes)
-            except ConvergenceError as error:
-                found.append(AtSpeed(speed, np.empty(0), reason=str(error)))
+                spin = spinning.at(speed, modes)
+            except NonlinearModeError as error:
+                found.append(without_modes(speed, error, followed))
             else:
-                shapes = spin.shapes
-                found.append(_with_motions(spin, study.mode.number, motions))
+                kept = followed.at(spin.modes)
+                now = with_followed(spin.study, kept)
+                moving = motions(now, spin.analyse)
+                found.append(at_speed(study, spin.modes, kept, moving))
             stages.report((number + 1) / len(speeds))
     return tuple(found)
 
 
-def _with_motions(spin: Spin, mode: int, motions: Motions) -> AtSpeed:
-    """A speed with the nonlinear motions of a mode, by its number at the first speed."""
-    number = int(spin.kept[mode - 1]) + 1 if mode <= len(spin.kept) else mode
-    now = spin.study.mode.model_copy(update={"number": number})
-    found = motions(spin.study.model_copy(update={"mode": now}), spin.analyse)
-    return AtSpeed(spin.speed, spin.frequencies, spin.gap, mode=mode, motions=found)
+def without_modes(speed: float, error: NonlinearModeError, followed: FollowedModes) -> AtSpeed:
+    """A speed that the structure cannot bear, or at which it is not in order though it was before.
+
+    Raises:
+        NonlinearModeError: the error, if it is one of the structure and not of the speed.
+    """
+    if not (followed.begun or isinstance(error, ConvergenceError)):
+        raise error
+    return AtSpeed(speed, np.empty(0), reason=one_line(error))
 
 
-def _of_mesh(study: MeshStudy, comm: MPI.Comm, stages: Stages) -> _Spinning:
+def with_followed(study: Any, kept: Indices) -> Any:
+    """A study at a speed, with the number that its mode, followed from the first speed, has there.
+
+    Args:
+        study: The study at this speed.
+        kept: Index of each followed mode there, from 0.
+    """
+    mode = study.mode.number
+    number = int(kept[mode - 1]) + 1 if mode <= len(kept) else mode
+    return study.model_copy(update={"mode": study.mode.model_copy(update={"number": number})})
+
+
+def at_speed(
+    study: Study, modes: SpinModes, kept: Indices, motions: tuple[MotionAtSpeed, ...]
+) -> AtSpeed:
+    """What a diagram shows of a speed."""
+    hertz = modes.frequencies[kept]
+    return AtSpeed(modes.speed, hertz, modes.gap, mode=study.mode.number, motions=motions)
+
+
+def _of_mesh(study: MeshStudy, comm: MPI.Comm, stages: Stages) -> Spinning:
     if not study.rotates:
         raise StudyError("rotation: is missing: fenics-nnm campbell needs its axis, of a mesh")
     return SpinningMesh.of(study, comm, stages)
 
 
-def _of_matrices(study: MatrixStudy, comm: MPI.Comm, stages: Stages) -> _Spinning:
+def _of_matrices(study: MatrixStudy, comm: MPI.Comm, stages: Stages) -> Spinning:
     if study.matrices.speed is None:
         raise StudyError(
             "matrices.speed: is missing: fenics-nnm campbell needs what the speed changes, "
@@ -124,11 +153,35 @@ def _of_matrices(study: MatrixStudy, comm: MPI.Comm, stages: Stages) -> _Spinnin
     return SpinningMatrices(study, comm)
 
 
-_KINDS: Mapping[type, Callable[[Any, MPI.Comm, Stages], _Spinning]] = {
-    MeshStudy: _of_mesh,
-    MatrixStudy: _of_matrices,
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """What is done with a kind of study.
+
+    Attributes:
+        spinning: Makes its structure at any speed.
+        spun: The study at another speed.
+    """
+
+    spinning: Callable[[Any, MPI.Comm, Stages], Spinning]
+    spun: Callable[[Any, float], Any]
+
+
+_KINDS: Mapping[type, _Kind] = {
+    MeshStudy: _Kind(_of_mesh, mesh_spun),
+    MatrixStudy: _Kind(_of_matrices, matrices_spun),
 }
 
 
-def _spinning(study: Study, comm: MPI.Comm, stages: Stages) -> _Spinning:
-    return _KINDS[type(study)](study, comm, stages)
+def spinning_of(study: Study, comm: MPI.Comm, stages: Stages) -> Spinning:
+    """The structure of a study at any speed; to be called on all ranks.
+
+    Raises:
+        StudyError: if the study has no speed.
+        NonlinearModeError: as `Structure.linear`.
+    """
+    return _KINDS[type(study)].spinning(study, comm, stages)
+
+
+def spun(study: Study, speed: float) -> Any:
+    """The study at another speed in rad/s."""
+    return _KINDS[type(study)].spun(study, speed)

@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact_sites import contact_sites
 from fenics_nnm.fem.gyroscopic import coriolis_frequencies
 from fenics_nnm.fem.linear import operators_of
 from fenics_nnm.fem.memory import memory_of_rank
 from fenics_nnm.fem.modes import DirectModalSolver
-from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.static_state import loaded
 from fenics_nnm.reduction.linear_modes import LinearModes
-from fenics_nnm.reduction.mode_lines import same_modes
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import with_reference
 from fenics_nnm.structure.contact_patches import contact_patches
@@ -26,7 +24,7 @@ from fenics_nnm.structure.kinematics import Reached, asked_of_study
 from fenics_nnm.structure.loading import loads_of
 from fenics_nnm.structure.mesh_structure import Assembled, MeshStructure
 from fenics_nnm.structure.point_choice import evenly_spread
-from fenics_nnm.structure.spinning import SPARE, Spin
+from fenics_nnm.structure.spinning import SPARE, Spin, SpinModes
 from fenics_nnm.structure.structure import Linear
 from fenics_nnm.study import MeshStudy
 
@@ -49,18 +47,21 @@ class SpinningMesh:
         bare = study.model_copy(update={"rotation": None, "load": None})
         return cls(study, MeshStructure(bare).assembled(comm, stages))
 
-    def at(self, speed: float, count: int, before: Array | None) -> Spin:
+    def inner(self, left: Array, right: Array) -> Array:
+        """a^T b over all ranks, of two blocks of columns at the degrees of freedom."""
+        comm: MPI.Intracomm = self.plain.solid.tagged.mesh.comm
+        return np.asarray(comm.allreduce(left.T @ right))
+
+    def at(self, speed: float, count: int) -> Spin:
         """The body at a speed, see `structure.campbell`; to be called on all ranks."""
-        assembled = self._loaded(_spun(self.study, speed))
-        solid, study = assembled.solid, assembled.study
-        wanted = min(count + SPARE, solid.free)
+        assembled = self._loaded(mesh_spun(self.study, speed))
+        solid = assembled.solid
         with DirectModalSolver(solid) as solver:
-            modes = solver.modes(wanted)
+            modes = solver.modes(min(count + SPARE, solid.free))
             omega = _with_coriolis(assembled, modes, solver)
-        kept = _followed(solid, modes, before, min(count, wanted))
-        gap = float(assembled.sites.gap.min())
-        frequencies = omega[kept] / (2 * np.pi)
-        return Spin(study, _analysing(assembled), kept, frequencies, modes.shapes[:, kept], gap)
+        momenta, gap = product(solid.mass, modes.shapes), float(assembled.sites.gap.min())
+        found = SpinModes(speed, omega / (2 * np.pi), modes.shapes, momenta, gap)
+        return Spin(assembled.study, _analysing(assembled), found)
 
     def _loaded(self, study: MeshStudy) -> Assembled:
         """The body at the speed of a study."""
@@ -101,16 +102,8 @@ def _with_coriolis(assembled: Assembled, modes: LinearModes, solver: DirectModal
     return coriolis_frequencies(solid, rotation, modes, operators)
 
 
-def _followed(solid: Solid, modes: LinearModes, before: Array | None, count: int) -> Indices:
-    """Which modes go on those of a speed before, or the lowest ones."""
-    if before is None:
-        return np.arange(count)
-    comm = solid.tagged.mesh.comm
-    return same_modes(comm.allreduce(before.T @ product(solid.mass, modes.shapes)))
-
-
-def _spun(study: MeshStudy, speed: float) -> MeshStudy:
-    """The study at another speed; casings grow with its square."""
+def mesh_spun(study: MeshStudy, speed: float) -> MeshStudy:
+    """The study at another speed in rad/s; casings grow with its square."""
     assert study.rotation is not None
     rotation = study.rotation.model_copy(update={"speed": speed, "rpm": None})
     own = study.speed

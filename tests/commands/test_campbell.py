@@ -73,15 +73,21 @@ def test_speeds_that_a_body_cannot_bear_are_missing(
     """A body on springs flies away where Omega^2 is above k / m, 7.02 kg here."""
     springs = [{"at": [x], "stiffness": [7.02 / 2 * 50**2]} for x in (0.0, 1.0)]
     rotation = {"axis": "z", "origin": [0.5, 0.0, 0.0], "speed": 10.0}
-    study = study_file(ROD, clamp=None, spring=springs, rotation=rotation)
-    ended = command("campbell", study, "--speeds", "0:80:40", "--modes", 1, "--output", "out")
+    study = study_file(ROD, clamp=None, spring=springs, rotation=rotation, mode={"harmonics": 7})
+    arguments = ("campbell", study, "--speeds", "0:80:40", "--modes", 1, "--energies", 1e-6)
+    ended = command(*arguments, "--output", "out")
     assert ended.code == 1
     assert "incomplete: 1 of 3 speeds without frequencies, the first at 80 rad/s" in ended.err
     found = rows(Path("out/campbell.csv"))
-    f = [float(row["frequency_Hz"]) for row in found[:2]]
-    assert 2 * np.pi * np.array(f) == pytest.approx([50, 30], rel=1e-4)
+    f = [float(row["frequency_Hz"]) for row in found[:4]]
+    assert 2 * np.pi * np.array(f) == pytest.approx([50, 50, 30, 30], rel=1e-4)
     reason = "failed: static state: 38.9% of the steady loads"  # 2500 / 6400
-    assert found[2]["status"].startswith(reason)
+    assert found[4]["status"].startswith(reason)
+    by_two = command(*arguments, "--output", "two", "--jobs", 2)
+    assert (by_two.code, by_two.err) == (1, ended.err)
+    assert Path("two/campbell.csv").read_bytes() == Path("out/campbell.csv").read_bytes()
+    kept = [sorted(Path(name, "motions.jsonl").read_text().split("\n")) for name in ("out", "two")]
+    assert kept[0] == kept[1]
 
 
 @pytest.mark.parametrize(
@@ -109,7 +115,9 @@ def test_arguments(study_file: StudyFile, command: Command) -> None:
     for text in ("0", "1,1", "x", "1.5", "9" * 5000):
         with pytest.raises(StudyError, match="must be different positive integers"):
             orders_of(text)
-    command("campbell", study_file(ROD), "--speeds", "0:1:1").assert_one_line(2, "rotation: is")
+    asked = ("campbell", study_file(ROD), "--speeds", "0:1:1")
+    command(*asked).assert_one_line(2, "rotation: is")
+    command(*asked, "--jobs", 0).assert_one_line(2, "--jobs 0: must be at least 1")
 
 
 def test_wrong_arguments_are_one_line(capfd: pytest.CaptureFixture[str], command: Command) -> None:

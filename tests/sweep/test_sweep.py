@@ -22,6 +22,7 @@ import fenics_nnm.running.following
 import fenics_nnm.structure.shared_analysis
 import fenics_nnm.sweep.pictures
 from fenics_nnm.results.staging import claim
+from fenics_nnm.running.worker_process import WorkerProcess
 from fenics_nnm.study import study_from
 from fenics_nnm.study.settings import Setting
 from fenics_nnm.study.units import unit_of
@@ -407,7 +408,7 @@ def test_the_end_of_a_process_is_told(study_file: StudyFile, code: int, words: s
     theirs.close()
     process: Any = SimpleNamespace(exitcode=code, join=lambda: None)
     hand = Hand([made.cases], LocalCounters([0]), 0)
-    ran = _received(Worker(process, ours, hand, made.cases[0]))
+    ran = _received(Worker(WorkerProcess(process, ours), hand, made.cases[0]))
     assert ran.number == 1
     assert words in ran.failure
 

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from conftest import BEAM, PLATE, ROD, toml
-from loaded_studies import CAMPBELL, FILES, LOADED, NEW
+from loaded_studies import CAMPBELL, FILES, LOADED, NEW, WARM
 
 from fenics_nnm.processes import environment_of_child
 
@@ -120,6 +120,9 @@ def of_loads(rng: random.Random, few: bool) -> Iterator[Input]:
         given = {"--speeds": "0:10:10", "--modes": "2"} | {option: value}
         words = [f"{key}={given[key]}" for key in given]
         yield Input(f"campbell {option} {value[:30]}", files, ("campbell", "s.toml", *words))
+    warm = {"s.toml": text_of(WARM)}
+    for said, data in damaged(FILES["t.csv"], rng, 2 if few else 200):
+        yield Input(f"temperatures {said}", {**warm, "t.csv": data}, ("check", "s.toml"))
 
 
 def text_of(study: dict[str, Any]) -> bytes:

@@ -6,7 +6,7 @@ import io
 from typing import Any
 
 import numpy as np
-from conftest import BEAM, ROD
+from conftest import BEAM, PLATE, ROD
 
 #: What all have in common: few modes, harmonics and energies.
 _COMMON = {key: ROD[key] for key in ("reduction", "mode", "continuation")}
@@ -106,14 +106,37 @@ BENT: dict[str, Any] = {
     "contact": {"gap": ["1 mm"], "gap_growth": [1e-7]},
 }
 
+#: A rod and a plate with temperatures that change from place to place.
+WARM: dict[str, Any] = {
+    **ROD,
+    "material": {**ROD["material"], "expansion": 1.2e-5},
+    "load": {"temperature_field": {"shape": "table", "file": "t.csv", "outside": "1 mm"}},
+}
+LINEAR: dict[str, Any] = {
+    **PLATE,
+    "body": {**PLATE["body"], "degree": 1},
+    "material": {**PLATE["material"], "expansion": 1.2e-5},
+    "load": {
+        "temperature_field": {
+            "shape": "linear",
+            "temperature": 300.0,
+            "at": [0.0, 0.0],
+            "gradient": [10.0, 1.0],
+        },
+        "reference_temperature": 290.0,
+    },
+}
+
 #: Files beside the studies.
-FILES = {"m.inp": _INP.encode(), "a.npz": _arrays()}
+FILES = {"m.inp": _INP.encode(), "a.npz": _arrays(), "t.csv": b"x_mm,T_C\n0,20\n600,90\n1000,30\n"}
 
 #: The sections and keys that the studies are there for.
 NEW: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "loaded": (LOADED, ("length_unit", "body", "material", "clamp", "rotation", "load")),
     "cased": (CASED, ("rotation", "contact")),
     "rigid": (RIGID, ("rigid",)),
+    "warm": (WARM, ("load",)),
+    "linear": (LINEAR, ("load",)),
     "bent": (BENT, ("matrices", "contact")),
 }
 

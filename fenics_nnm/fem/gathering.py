@@ -18,6 +18,7 @@ from fenics_nnm.fem.reference_cell import reference_cell
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.state_stress import state_stress_at
 from fenics_nnm.fem.vertices import at_vertices
+from fenics_nnm.fem.warming import Warming
 
 #: Elasticities that differ by less than this part of the largest are the same.
 _SAME_ELASTICITY = 1e-12
@@ -138,7 +139,16 @@ def _static_state(way: Gathering) -> dict[str, Any]:
     return {
         "state/displacement": moved[0] if len(moved) else moved,
         "state/stress": way.of_cells(stress),
+        **_warming(way, solid.state.loads.warming),
     }
+
+
+def _warming(way: Gathering, warming: Warming) -> dict[str, Any]:
+    """Warming of the nodes of a body in K on rank 0, where it changes from place to place."""
+    low, high = warming.span
+    if low == high:
+        return {}
+    return {"state/warming": way.of_nodes(warming.at_nodes(way.solid.space))}
 
 
 def _elasticity(way: Gathering) -> tuple[Array, Indices]:

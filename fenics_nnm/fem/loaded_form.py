@@ -25,6 +25,7 @@ from fenics_nnm.fem.compat import coordinate_element
 from fenics_nnm.fem.loads import Loads, Pressure, Rotation
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.stress import Expr, stress_of_strain, thermal_stress
+from fenics_nnm.fem.warming import Warming
 from fenics_nnm.materials.material import Material
 
 #: Largest strain of warming.
@@ -48,7 +49,7 @@ def rest_form(solid: Solid, loads: Loads, u: fem.Function, level: fem.Constant) 
     """
     v = ufl.TestFunction(solid.space)
     form = large_deflection(solid, u, v)
-    if loads.warming:
+    if loads.warming.any:
         form -= _thermal(solid, loads.warming, u, v, level)
     if loads.rotation is not None and loads.speed:
         form -= _centrifugal(solid, loads.rotation, u, v, level)
@@ -74,15 +75,15 @@ def large_deflection(solid: Solid, u: fem.Function, v: Expr) -> Expr:
     return _integral(solid, integrand)
 
 
-def _thermal(solid: Solid, warming: float, u: fem.Function, v: Expr, level: fem.Constant) -> Expr:
+def _thermal(solid: Solid, warming: Warming, u: fem.Function, v: Expr, level: fem.Constant) -> Expr:
     """Int (C : E_T) : sym(F^T grad v) dx."""
     mesh, theory = solid.tagged.mesh, solid.body.theory
-    factor = level * fem.Constant(mesh, float(solid.body.extent * warming))
+    factor = level * warming.expression(mesh, solid.body.extent)
     F = ufl.Identity(solid.tagged.dim) + ufl.grad(u)
     change = ufl.sym(F.T * ufl.grad(v))
 
     def integrand(material: Material) -> Expr:
-        _assert_small(warming, material)
+        _assert_small(max(warming.span, key=abs), material)
         return factor * ufl.inner(thermal_stress(material, theory, mesh), change)
 
     return _integral(solid, integrand)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.attachment import Attachment
+from fenics_nnm.fem.warming import UniformWarming, Warming
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,20 +72,20 @@ class Loads:
 
     Attributes:
         rotation: Rotation; None for a body that stands still.
-        warming: Temperature less that at which the body is free of stress, in K.
+        warming: Temperature less that at which the body is free of stress.
         pressures: Pressures on facets.
         forces: Forces at vertices or spread over facets, which keep their directions.
     """
 
     rotation: Rotation | None = None
-    warming: float = 0.0
+    warming: Warming = field(default_factory=UniformWarming)
     pressures: tuple[Pressure, ...] = ()
     forces: tuple[Attachment, ...] = ()
 
     @property
     def any(self) -> bool:
         """Whether there is a load at all."""
-        return bool(self.speed or self.warming or self.pressures or self.forces)
+        return bool(self.speed or self.warming.any or self.pressures or self.forces)
 
     @property
     def speed(self) -> float:

@@ -11,7 +11,8 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.elasticity import VTK_ORDER
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.fem.stress import Expr, warm_stress
+from fenics_nnm.fem.stress import Expr, strain_stress, warm_stress
+from fenics_nnm.materials.material import Material
 
 
 def state_stress(solid: Solid) -> Expr:
@@ -26,9 +27,13 @@ def state_stress(solid: Solid) -> Expr:
     strain = ufl.sym(slope) + slope.T * slope / 2
     whole = [[slope[i, j] if max(i, j) < dim else 0 for j in range(3)] for i in range(3)]
     F = ufl.Identity(3) + ufl.as_tensor(whole)
-    S = solid.regions.piecewise(
-        lambda material: warm_stress(strain, loads.warming, material, theory, mesh)
-    )
+
+    def stress(material: Material) -> Expr:
+        if not loads.warming.any:
+            return strain_stress(strain, material, theory, mesh)
+        return warm_stress(strain, loads.warming.expression(mesh), material, theory, mesh)
+
+    S = solid.regions.piecewise(stress)
     return F * S * F.T / ufl.det(F)
 
 

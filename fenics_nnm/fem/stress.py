@@ -86,16 +86,23 @@ def thermal_stress(material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr
 
 def cauchy_stress(u: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
     """Stress in Pa as a 3 x 3 tensor, with sigma_zz of plane strain."""
-    return _in_space(_stress_of(strain(u), material, theory, mesh), theory)
+    return strain_stress(strain(u), material, theory, mesh)
+
+
+def strain_stress(epsilon: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh) -> Expr:
+    """The same of a strain tensor."""
+    return _in_space(_stress_of(epsilon, material, theory, mesh), theory)
 
 
 def warm_stress(
-    epsilon: Expr, warming: float, material: Material, theory: Theory, mesh: dmesh.Mesh
+    epsilon: Expr, warming: Expr, material: Material, theory: Theory, mesh: dmesh.Mesh
 ) -> Expr:
-    """The same of a strain tensor at a temperature, in K above that without stress."""
-    found = _in_space(_stress_of(epsilon, material, theory, mesh), theory)
-    if not warming:
-        return found
+    """The same of a strain tensor at a temperature, in K above that without stress.
+
+    Raises:
+        ModelError: if the expansion of the material is not known.
+    """
+    found = strain_stress(epsilon, material, theory, mesh)
     return found - warming * _in_space(_thermal(material, theory, mesh), theory)
 
 

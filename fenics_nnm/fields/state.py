@@ -14,12 +14,14 @@ from fenics_nnm.fields.parts import compact_parts
 from fenics_nnm.fields.stress_rows import VON_MISES
 from fenics_nnm.results.stored_branch import read_stored_branch
 
+WARMING = "temperature above that without stress (K)"
+
 #: Nodes whose stresses are recovered at once.
 _NODES_AT_ONCE = 8192
 
 
 def write_state(path: Path, file: Path) -> None:
-    """Write displacement, stress and von Mises stress of the static state of a branch.
+    """Write displacement, stress, von Mises stress and temperature of the static state of a branch.
 
     Nothing is written where there are no steady loads.
 
@@ -43,4 +45,6 @@ def write_state(path: Path, file: Path) -> None:
         VON_MISES: von_mises(stress),
         "stress (Pa)": stress,
     }
+    if branch.state.warming.size:
+        fields[WARMING] = body.on_grid(branch.state.warming)
     body.grid.write(path, fields)

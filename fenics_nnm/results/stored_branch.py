@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
@@ -33,10 +33,13 @@ class StoredState:
         displacement: Displacement of the nodes in m, shape (n, dim).
         stress: Cauchy stress in Pa at the sampling points of the cells in VTK's order, shape
             (cells, s, 6).
+        warming: Temperature of the nodes less that without stress in K, shape (n,); empty where it
+            is the same everywhere.
     """
 
     displacement: Array
     stress: Array
+    warming: Array = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,7 +259,9 @@ def read_stored_branch(path: Path) -> StoredBranch:
 def _state(file: h5py.File) -> StoredState | None:
     if "state" not in file:
         return None
-    return StoredState(file["state/displacement"][:], file["state/stress"][:])
+    state = file["state"]
+    warming = state["warming"][:] if "warming" in state else np.empty(0)
+    return StoredState(state["displacement"][:], state["stress"][:], warming)
 
 
 def _assert_rows(file: h5py.File, count: int, names: Sequence[str]) -> None:

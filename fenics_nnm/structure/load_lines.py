@@ -44,8 +44,8 @@ def _of(loads: Loads) -> list[str]:
             f"rotation         {loads.speed:.6g} rad/s ({turns:.6g} rpm) about "
             f"({listed(loads.rotation.unit)}) through ({listed(loads.rotation.origin)}) m"
         )
-    if loads.warming:
-        lines.append(f"temperature      {loads.warming:+.6g} K from the state free of stress")
+    if loads.warming.any:
+        lines.append(f"temperature      {loads.warming.words}")
     for each in loads.pressures:
         kind = "follows the surface" if each.follower else "keeps its direction"
         facets = ", ".join(each.facets)

@@ -13,6 +13,8 @@ from fenics_nnm.fem.contact_sites import ContactSites
 from fenics_nnm.fem.loads import Loads, Pressure, Rotation
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.patch_sites import Patch
+from fenics_nnm.fem.solid import Solid
+from fenics_nnm.structure.temperature import warming_of
 from fenics_nnm.study import MeshStudy
 from fenics_nnm.study.loading import LoadSection, RotationSection
 from fenics_nnm.study.record import axis_vector, fitted
@@ -24,17 +26,20 @@ _ON_AXIS = 1e-9
 _ZERO = 1e-12
 
 
-def loads_of(study: MeshStudy, dim: int) -> Loads:
-    """The steady loads of a study on a mesh of some dimension; none at rest.
+def loads_of(study: MeshStudy, solid: Solid) -> Loads:
+    """The steady loads of a study on its assembled body; none at rest. To be called on all ranks.
 
     Raises:
+        GeometryError, ModelError: as `structure.temperature.warming_of`.
         ModelError: if a vector does not fit the dimension, or a centrifugal force leaves it.
     """
+    dim = solid.tagged.dim
     rotation = _rotation(study.rotation, dim) if study.rotation else None
     if study.load is None:
         return Loads(rotation)
     pressures = tuple(_pressures(study.load))
-    return Loads(rotation, study.load.warming, pressures, tuple(_forces(study.load, dim)))
+    forces = tuple(_forces(study.load, dim))
+    return Loads(rotation, warming_of(study.load, solid), pressures, forces)
 
 
 def assert_off_axis(loads: Loads, sites: ContactSites) -> None:

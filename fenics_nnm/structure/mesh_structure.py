@@ -144,7 +144,7 @@ class MeshStructure:
             solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped, clamps)
             if not study.loaded:
                 return Assembled(study, solid, contact_sites(solid, patches))
-            loads = loads_of(study, tagged.dim)
+            loads = loads_of(study, solid)
             assert_followers_apart(loads, tagged, patches)
         with stages.stage("static state"):
             solid = loaded(solid, loads, memory_of_rank(comm, study.solver.memory))

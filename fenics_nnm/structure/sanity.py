@@ -24,6 +24,9 @@ MOST_GAP, MOST_MOTION = 0.05, 0.1
 #: Largest dimension of a body in m; Young's moduli in Pa; densities in kg/m^3.
 SIZES, MODULI, DENSITIES = (1e-5, 100.0), (1e5, 2e12), (1.0, 3e4)
 
+#: Temperatures in K of solids that are of use; extent of a table over the body's largest dimension.
+TEMPERATURES, MOST_EXTENT = (50.0, 2500.0), 20.0
+
 #: Mean angles in degrees to the outward normal: from the first on a contact direction is along the
 #: surface, beyond the second into the body. The half degree is for rounding of flat facets.
 ALONG, INTO = 80.0, 90.5
@@ -48,6 +51,7 @@ def mesh_warnings(study: MeshStudy, linear: LinearAnalysis, mode: int) -> list[s
     return [
         *_of_size(study, size),
         *_of_materials(study),
+        *_of_temperature(study, linear, size),
         *_of_gaps(study, linear, size),
         *_of_motion(study, linear, mode, size),
         *_of_directions(study, linear, size),
@@ -69,6 +73,26 @@ def _of_materials(study: MeshStudy) -> Iterator[str]:
         material = section.material
         yield from _outside(f"{key}.young", material.law.moduli, MODULI, "Pa")
         yield from _outside(f"{key}.density", (material.density,), DENSITIES, "kg/m^3")
+
+
+def _of_temperature(study: MeshStudy, linear: LinearAnalysis, size: float) -> Iterator[str]:
+    load, state = study.load, linear.solid.state
+    if load is None or state is None or not state.loads.warming.any:
+        return
+    yield from _outside(
+        "load.reference_temperature", (load.reference_temperature,), TEMPERATURES, "K"
+    )
+    if load.temperature is not None:
+        yield from _outside("load.temperature", (load.temperature,), TEMPERATURES, "K")
+        return
+    span = tuple(load.reference_temperature + value for value in state.loads.warming.span)
+    yield from _outside("load.temperature_field: in the body", span, TEMPERATURES, "K")
+    extent = load.extent
+    if extent > MOST_EXTENT * size:
+        yield (
+            f"load.temperature_field.file: its points extend over {extent:.4g} m, "
+            f"{_share(extent, size)}: check the unit"
+        )
 
 
 def _outside(

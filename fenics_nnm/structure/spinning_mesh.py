@@ -68,7 +68,7 @@ class SpinningMesh:
         solid = self.plain.solid
         if study.loaded:
             memory = memory_of_rank(solid.tagged.mesh.comm, study.solver.memory)
-            solid = loaded(solid, loads_of(study, solid.tagged.dim), memory)
+            solid = loaded(solid, loads_of(study, solid), memory)
         sites = contact_sites(solid, contact_patches(study.contact, solid.tagged))
         return Assembled(study, solid, sites)
 

@@ -22,8 +22,7 @@ def prepared(values: dict[str, Any], folder: Path, listed: Iterable[str]) -> dic
         for patch in _tables(part, ("patch",)):
             _prepare(patch, folder)
     for load in _tables(values, ("load",)):
-        for part in _tables(load, ("pressure", "force")):
-            _prepare(part, folder)
+        _prepare_load(load, folder)
     paths = {
         "mesh": ("file", "sections", "hub", "casing"),
         "matrices": _matrix_files(values.get("matrices")),
@@ -56,6 +55,15 @@ def _prepare(table: dict[str, Any], folder: Path) -> None:
     casing = table.get("casing")
     if isinstance(casing, dict) and isinstance(casing.get("file"), str):
         casing["file"] = str(folder / casing["file"])
+
+
+def _prepare_load(load: dict[str, Any], folder: Path) -> None:
+    """The same of steady loads, with the path of a table of temperatures."""
+    for part in _tables(load, ("pressure", "force")):
+        _prepare(part, folder)
+    for part in _tables(load, ("temperature_field",)):
+        if isinstance(part.get("file"), str):
+            part["file"] = str(folder / part["file"])
 
 
 def _picking(values: dict[str, Any]) -> list[dict[str, Any]]:

@@ -18,6 +18,7 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.loaded_residual import LoadedResidual
 from fenics_nnm.fem.loads import Loads, Pressure
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.state_stress import state_stress_at
 from fenics_nnm.fem.static_state import loaded
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import linear_analysis
@@ -246,7 +247,7 @@ def residual(base: dict[str, Any], **changes: Any) -> LoadedResidual:
     assert isinstance(study, MeshStudy)
     bare = study.model_copy(update={"rotation": None, "load": None})
     plain = MeshStructure(bare).assembled(COMM, Stages()).solid
-    return LoadedResidual(plain, loads_of(study, plain.tagged.dim))
+    return LoadedResidual(plain, loads_of(study, plain))
 
 
 def test_the_tangent_stiffness_is_the_derivative_of_the_residual() -> None:
@@ -307,3 +308,79 @@ def test_gap_at_speed_of_a_rod(contact: dict[str, Any], closing: float) -> None:
     x, u = moved(body)
     tip = float(u[np.argmax(x[:, 0]), 0])
     assert interface.gap == pytest.approx([1e-3 - closing * tip], rel=1e-12)
+
+
+def hottest(body: Solid) -> float:
+    """Largest von Mises stress in MPa, as it is told."""
+    return float(load_lines(body)[-1].split("stress ")[1].split(" MPa")[0])
+
+
+def test_a_linear_temperature_bends_a_free_body_without_stress() -> None:
+    """u = alpha g (x y, (y^2 - x^2 - z^2) / 2, y z) of a temperature g y above the reference.
+
+    B. A. Boley and J. H. Weiner, Theory of Thermal Stresses, 1960, section 9.5: of small strains.
+    """
+    alpha, gradient = 1e-5, 1e-2
+    body = solid_of(
+        CUBE,
+        mesh={"elements": [2, 1, 1]},
+        material={"expansion": alpha},
+        clamp=[
+            {"facets": "left", "directions": ["x"]},
+            {"facets": "bottom", "directions": ["z"]},
+        ],
+        spring=[{"at": [0.0, 0.0, 0.0], "stiffness": [0.0, 1e9, 0.0]}],
+        load={
+            "temperature_field": {
+                "shape": "linear",
+                "temperature": 293.15,
+                "gradient": [0.0, gradient, 0.0],
+            }
+        },
+    )
+    assert "temperature      +0 to +0.002 K from the state free of stress, linear" in (
+        "\n".join(load_lines(body))
+    )
+    (x, y, z), u = (found.T for found in moved(body))
+    exact = alpha * gradient * np.array([x * y, (y**2 - x**2 - z**2) / 2, y * z])
+    assert u == pytest.approx(exact, abs=1e-6 * np.abs(exact).max())
+    assert hottest(body) < 1e-6 * 2.1e11 * alpha * gradient * 0.2 / 1e6
+
+
+def test_a_bar_between_walls_is_pressed_by_its_mean_warming(tmp_path: Path) -> None:
+    """sigma = -E alpha mean(T) and u = alpha int (T - mean(T)) dx; from a table in mm and C."""
+    alpha, x = 1e-7, np.linspace(0.0, 1000.0, 5)
+    warm = np.array([0.0, 10.0, 40.0, 20.0, 5.0])
+    rows = "\n".join(f"{a},{t}" for a, t in zip(x, 20.0 + warm, strict=True))
+    (tmp_path / "t.csv").write_text(f"# measured\nx_mm,T_C\n{rows}\n")
+    bar = changed(
+        PLATE,
+        {
+            "material": {
+                "=": {
+                    "young": [2.1e11] * 3,
+                    "poisson": [0.0] * 3,
+                    "shear": [1.05e11] * 3,
+                    "density": 7800.0,
+                    "expansion": [alpha, 0.0, 0.0],
+                }
+            },
+            "clamp": [
+                {"facets": ["left", "right"], "directions": ["x"]},
+                {"facets": "bottom", "directions": ["y"]},
+            ],
+            "contact": {"facets": "top"},
+            "load": {"temperature_field": {"shape": "table", "file": "t.csv"}},
+        },
+    )
+    study = study_from(bar, tmp_path / "study.toml")
+    assert isinstance(study, MeshStudy)
+    body = MeshStructure(study).assembled(COMM, Stages()).solid
+    mean = np.trapezoid(warm, x) / 1000
+    at, u = moved(body)
+    held = np.concatenate([[0.0], np.cumsum((warm[1:] + warm[:-1]) / 2 - mean) * 0.25])
+    ends = np.isin(at[:, 0], x / 1000)
+    exact = alpha * np.interp(at[ends, 0], x / 1000, held)
+    assert u[ends, 0] == pytest.approx(exact, abs=1e-4 * exact.max())
+    stress = state_stress_at(body, np.array([[0.5, 0.5]]))[:, 0]
+    assert stress[:, 0] == pytest.approx(np.full(4, -2.1e11 * alpha * mean), rel=1e-4)

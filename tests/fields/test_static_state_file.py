@@ -51,3 +51,24 @@ def test_a_rod_at_speed(
     root = np.argmin(x)
     change = below[0][STRESS][root, 0] - state[STRESS][root, 0]
     assert change * strain > 0
+
+
+def test_a_bar_that_is_hotter_at_its_end(
+    study_file: Callable[..., Path], command: Callable[..., Ended], tmp_path: Path
+) -> None:
+    """u = alpha g x^2 / 2 without stress; temperature, displacement and gap are those."""
+    linear = {"shape": "linear", "temperature": 293.15, "gradient": [20.0]}
+    study = study_file(
+        ROD,
+        body={"degree": 2},
+        material={"expansion": 1e-6},
+        load={"temperature_field": linear},
+    )
+    assert command("run", study, "--output", "out").code == 0
+    state = arrays_of(tmp_path / "out" / "fields" / "static_state.vtu")
+    x = state["Points"][:, 0]
+    assert state["temperature above that without stress (K)"] == pytest.approx(20 * x, abs=1e-9)
+    assert state[DISPLACEMENT][:, 0] == pytest.approx(1e-5 * x**2, abs=2e-10)
+    assert np.abs(state[MISES]).max() < 2e-5 * 2.1e11 * 20e-6
+    branch = read_stored_branch(tmp_path / "out" / "branch.h5")
+    assert branch.header.model.gap == pytest.approx([1e-3 - 1e-5], rel=1e-6)

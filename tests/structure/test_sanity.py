@@ -98,6 +98,32 @@ def test_orthotropic_material() -> None:
     assert found.startswith("material.young = [1.26e+11, 11000, 11000] Pa: is outside")
 
 
+def warm(folder: Path, rows: str, **load: Any) -> list[str]:
+    """Warnings about a rod of 1 m with a table of temperatures."""
+    (folder / "t.csv").write_text(rows)
+    field = {"temperature_field": {"shape": "table", "file": str(folder / "t.csv")}, **load}
+    return warnings(ROD, material={"expansion": 1e-6}, load=field)
+
+
+def test_temperatures(tmp_path: Path) -> None:
+    """Celsius taken for kelvin, and mm for m."""
+    assert warm(tmp_path, "x_m,T_K\n0,51\n1,2400\n") == []
+    (line,) = warm(tmp_path, "x_m,T_K\n0,20\n1,200\n")
+    assert line.startswith("load.temperature_field: in the body = [20, 200] K: is outside 50 to")
+    (line,) = warm(tmp_path, "x_m,T_K\n0,300\n1000,400\n")
+    assert line == (
+        "load.temperature_field.file: its points extend over 1000 m, 1000 times the largest "
+        "dimension of the body (1 m): check the unit"
+    )
+    lines = warnings(
+        ROD, material={"expansion": 1e-6}, load={"temperature": 20, "reference_temperature": 30}
+    )
+    assert [line.split(" K")[0] for line in lines] == [
+        "load.reference_temperature = 30",
+        "load.temperature = 20",
+    ]
+
+
 @pytest.mark.parametrize(("length", "warned"), [("99 m", 0), ("101 m", 1), ("9 um", 1)])
 def test_sizes(length: str, warned: int) -> None:
     found = warnings(ROD, mesh={"length": length, "length_unit": "mm"}, contact={"gap": "1 um"})

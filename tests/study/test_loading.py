@@ -26,6 +26,7 @@ def test_speed_in_turns_per_minute() -> None:
     assert study.speed == pytest.approx(np.pi)
 
 
+LINEAR = {"shape": "linear", "temperature": 300.0, "gradient": [10.0]}
 CASING = {"shape": "cylinder", "axis": "z", "radius": 2.0, "growth": 1e-4}
 
 
@@ -42,7 +43,12 @@ CASING = {"shape": "cylinder", "axis": "z", "radius": 2.0, "growth": 1e-4}
             {"rotation": SPIN, "spring": [{"at": [1.0], "cubic": [1e9]}]},
             "rotation: does not go with spring.cubic",
         ),
-        ({"load": {}}, r"load.must have temperature, \[\[load.pressure\]\] or"),
+        ({"load": {}}, r"load.must have temperature, temperature_field, \[\[load.pressure\]\] or"),
+        ({"load": {"temperature": 300.0, "temperature_field": LINEAR}}, "must be one of the two"),
+        ({"load": {"temperature_field": {}}}, "load.temperature_field.shape: is missing"),
+        ({"load": {"temperature_field": {"shape": "cubic"}}}, "shape = .*must be 'table' or 'lin"),
+        ({"load": {"temperature_field": {**LINEAR, "file": "t.csv"}}}, 'needs shape = "table"'),
+        ({"load": {"temperature_field": {**LINEAR, "gradient": [0.0]}}}, "must not be zero"),
         ({"load": {"reference_temperature": 300.0}}, "has no effect without temperature"),
         ({"load": {"temperature": 293.15}}, "is reference_temperature, so has no effect"),
         ({"load": {"temperature": 1e30}}, r"load.temperature = 1e\+30: must be less than or equal"),
@@ -71,6 +77,28 @@ def test_what_makes_no_sense_is_refused(changes: dict[str, Any], words: str) -> 
             "load.temperature: the change of temperature, +6.85 K, times material.expansion is a "
             "strain of 6.85: must be 0.1 at most",
         ),
+        (ROD, {"load": {"temperature_field": LINEAR}}, "material.expansion: is missing"),
+        (
+            ROD,
+            {"load": {"temperature_field": {**LINEAR, "gradient": [-400.0]}}},
+            "load.temperature_field: is -100 to 300 K in the body: must be above absolute zero",
+        ),
+        (
+            ROD,
+            {"load": {"temperature_field": {**LINEAR, "gradient": [0.0, 1.0]}}},
+            "load.temperature_field: depends on y: must depend on coordinates of the mesh alone",
+        ),
+        (
+            ROD,
+            {"load": {"temperature_field": {"shape": "table", "file": "none.csv"}}},
+            "none.csv: cannot be read: No such file",
+        ),
+        (
+            ROD,
+            {"load": {"temperature_field": {"shape": "table", "file": "mm.csv"}}},
+            "load.temperature_field.outside = 1e-05 m: 4 nodes lie farther outside of the points "
+            "of the table, up to 0.999 m: points must surround the body; check their unit",
+        ),
         (ROD, {"load": {"force": [{"facets": "left", "force": [1.0]}]}}, "on what is clamped"),
         (
             PLATE,
@@ -91,7 +119,9 @@ def test_what_does_not_go_with_the_body_is_refused(
     study_file: StudyFile,
     command: Command,
 ) -> None:
-    command("check", study_file(base, **changes)).assert_one_line(2, words)
+    study = study_file(base, **changes)
+    (study.parent / "mm.csv").write_text("x_mm,T_K\n0,300\n1,400\n")
+    command("check", study).assert_one_line(2, words)
 
 
 def test_a_body_that_is_held_too_little_is_told_so(study_file: StudyFile, command: Command) -> None:

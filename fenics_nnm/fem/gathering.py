@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,26 +108,35 @@ def gathered_basis(analysis: LinearAnalysis) -> Data:
 
     The shapes are blocks on all ranks, the others are on rank 0 alone.
     """
-    way, reduction = gathering(analysis.solid), analysis.reduction
+    reduction = analysis.reduction
+    shapes = {"shapes": reduction.shapes, "residual_shapes": reduction.residual_shapes}
+    if reduction.bent_shapes.size:
+        shapes["bent_shapes"] = reduction.bent_shapes
+    return gathered_shapes(analysis.solid, analysis.interface, shapes)
+
+
+def gathered_shapes(solid: Solid, interface: ContactInterface, shapes: Mapping[str, Array]) -> Data:
+    """The mesh of a body, its elasticity and shapes of it, as `gathered_basis`.
+
+    Args:
+        solid: Body.
+        interface: Its contact points.
+        shapes: Columns of owned unknowns, shape (n_owned, k), by their names.
+    """
+    way = gathering(solid)
     nodes, cells = way.mesh()
     elasticity, row = _elasticity(way)
     arrays = {
         "mesh/points": nodes,
         "mesh/cells": cells,
         "mesh/cell_type": np.array(way.cell_type),
-        "mesh/region": way.of_cells(region_of_cells(analysis.solid)),
+        "mesh/region": way.of_cells(region_of_cells(solid)),
         "material/elasticity": elasticity,
         "material/row": row,
-        **_contact(way, analysis.interface),
+        **_contact(way, interface),
         **_static_state(way),
     }
-    blocks = {
-        "basis/shapes": way.blocks(reduction.shapes),
-        "basis/residual_shapes": way.blocks(reduction.residual_shapes),
-    }
-    if reduction.bent_shapes.size:
-        blocks["basis/bent_shapes"] = way.blocks(reduction.bent_shapes)
-    return Data(arrays, blocks)
+    return Data(arrays, {f"basis/{name}": way.blocks(own) for name, own in shapes.items()})
 
 
 def _static_state(way: Gathering) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.files import write_motions
+from fenics_nnm.fields.named import of_branch
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
 
 #: Two gamma ratios nearer than this are the same.
@@ -51,7 +53,13 @@ def export(
     points = on_root(comm, _begun, file, folder, ratios)
     try:
         write_motions(
-            folder, file, points, fields=fields, frames=frames, comm=comm, on_progress=on_progress
+            folder,
+            partial(read_stored_branch, file),
+            of_branch(points),
+            fields=fields,
+            frames=frames,
+            comm=comm,
+            on_progress=on_progress,
         )
     except BaseException as error:
         if comm.rank == 0:

@@ -7,7 +7,6 @@ computed together does not depend on the number of ranks, so that files do not e
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -16,12 +15,12 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, in_space
-from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.parallel import beside_root, each_own, on_root
 from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.body import field_body
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.motion import Motion, MotionFiles, batches
+from fenics_nnm.fields.named import NamedMotion
 from fenics_nnm.fields.parts import compact_parts
 from fenics_nnm.fields.shapes import motion_shapes
 from fenics_nnm.fields.stress_rows import StressRows
@@ -29,7 +28,7 @@ from fenics_nnm.fields.surface import contact_surface
 from fenics_nnm.fields.table import PartTable
 from fenics_nnm.fields.view import write_view
 from fenics_nnm.fields.vtu import grid_file
-from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
+from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
 
 #: Gaps that differ by less than this part of their range are the same: in contact all are zero.
 _TIE = 1e-9
@@ -40,28 +39,31 @@ _NODES_OF_PART = 8192
 #: Name of the table of stresses while files are written.
 _TABLE = ".stresses"
 
+Reader = Callable[[], StoredBranch]
+"""Something that reads what motions are made of, on each rank for itself."""
+
 Task = Callable[[], None]
 """Something that one rank does alone."""
 
 
 def write_motions(
     folder: Path,
-    file: Path,
-    points: Sequence[BranchPoint],
+    read: Reader,
+    motions: Sequence[NamedMotion],
     *,
     fields: Sequence[FieldName],
     frames: int,
     comm: MPI.Intracomm,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> None:
-    """Write the motions of points of a branch, their shapes, peak stresses and view.py.
+    """Write motions, their shapes, peak stresses and view.py.
 
     All ranks call this; those on the machine of the first one share the work.
 
     Args:
         folder: Folder to write to; it has no such files yet.
-        file: branch.h5 of a run.
-        points: Points of it, the same on all ranks.
+        read: Reads the mesh and the shapes that the motions are made of.
+        motions: The motions, the same on all ranks.
         fields: Fields wanted.
         frames: Frames of a period.
         comm: Communicator of the ranks.
@@ -71,48 +73,38 @@ def write_motions(
         OSError: if they cannot be written.
         OutputError: if the branch cannot be read.
     """
-    if not points:
+    if not motions:
         return
     own, count = beside_root(comm)
-    writers = each_own(comm, (_motion_files(folder, file, points, fields, frames) for _ in own))
+    writers = each_own(comm, (_motion_files(folder, read(), motions, fields, frames) for _ in own))
     first, done = writers[0].rows.count if writers else 0, 0.0
-    motions = [
-        Motion(name, point, number * first)
-        for number, (name, point) in enumerate(zip(motion_names(points), points, strict=True))
-    ]
-    on_root(comm, lambda: writers[0].begin(motions))
+    listed = [Motion(motion, number * first) for number, motion in enumerate(motions)]
+    on_root(comm, lambda: writers[0].begin(listed))
     for tasks_of, end in ((_stress_tasks, 0.6), (_file_tasks, 1.0)):
-        tasks = [task for files in writers for task in tasks_of(files, motions)[own.start :: count]]
+        tasks = [task for files in writers for task in tasks_of(files, listed)[own.start :: count]]
         each_own(comm, _done_of(tasks, on_progress, done, end))
         done = end
-    on_root(comm, lambda: writers[0].end(motions))
-
-
-def motion_names(points: Sequence[BranchPoint]) -> list[str]:
-    """Names of motions by their energy; later passings of an energy get a number."""
-    passed: Counter[float] = Counter()
-    names = []
-    for point in points:
-        passed[point.gamma_ratio] += 1
-        again = passed[point.gamma_ratio]
-        names.append(f"{point.gamma_ratio:g}" + (f"_passing{again}" if again > 1 else ""))
-    return names
+    on_root(comm, lambda: writers[0].end(listed))
 
 
 def _motion_files(
-    folder: Path, file: Path, points: Sequence[BranchPoint], fields: Sequence[FieldName], count: int
+    folder: Path,
+    branch: StoredBranch,
+    motions: Sequence[NamedMotion],
+    fields: Sequence[FieldName],
+    count: int,
 ) -> MotionFiles:
-    branch = read_stored_branch(file)
     body = field_body(branch)
-    rows = StressRows(fields, Frames(count, reversible=not branch.series.free_phase))
+    frames = Frames(count, reversible=not branch.series.free_phase)
+    rows = StressRows(fields, frames, beside_linear=not branch.driven)
     parts = compact_parts(body.mesh.nodes, _NODES_OF_PART)
     return MotionFiles(
         folder=folder,
-        shapes=motion_shapes(branch, points),
+        shapes=motion_shapes(branch, [motion.point for motion in motions]),
         body=body,
         surface=contact_surface(branch),
         rows=rows,
-        table=PartTable(folder / _TABLE, parts, len(points) * rows.count),
+        table=PartTable(folder / _TABLE, parts, len(motions) * rows.count),
     )
 
 
@@ -145,15 +137,15 @@ def _done_of(
 
 
 def _write_view(files: MotionFiles, motions: Sequence[Motion]) -> None:
-    points = {motion.name: motion.point for motion in motions}
-    write_view(files.folder, files.shapes.branch, points, files.rows.fields)
+    first = max(motions, key=lambda motion: motion.named.weight)
+    write_view(files.folder, files.shapes.branch, first.named, files.rows.fields)
 
 
 def _write_mode_shapes(files: MotionFiles, motions: Sequence[Motion]) -> None:
     branch = files.shapes.branch
     grid = grid_file(branch.nodes, branch.cells, files.body.mesh.cell.written)
     names = [
-        f"gamma {motion.name.replace('_', ' ')} {state}: displacement (m)"
+        f"{motion.named.short} {state}: displacement (m)"
         for motion in motions
         for state in ("closed", "open")
     ]
@@ -161,7 +153,7 @@ def _write_mode_shapes(files: MotionFiles, motions: Sequence[Motion]) -> None:
     grid.write_each(files.folder / "mode_shapes.vtu", names, map(in_space, shapes))
 
 
-def _mode_shapes(branch: StoredBranch, point: BranchPoint) -> Array:
+def _mode_shapes(branch: StoredBranch, point: PlacedMotion) -> Array:
     """The shapes of a motion where the contact point that moves most is nearest and farthest.
 
     Where all points stay closed it is the one whose force changes most, most and least pressed.

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
-from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fields.body import FieldBody
 from fenics_nnm.fields.frames import Frames
-from fenics_nnm.fields.peak import PEAKS
+from fenics_nnm.fields.named import NamedMotion
 from fenics_nnm.fields.shapes import MotionShapes
 from fenics_nnm.fields.stress_basis import stress_basis
 from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.fields.surface import ContactSurface
 from fenics_nnm.fields.table import PartTable
 from fenics_nnm.fields.vtu import block, write_collection
+from fenics_nnm.results.stored_branch import PlacedMotion
 
 DISPLACEMENT = "displacement (m)"
 TOTAL = "displacement from the unloaded body (m)"
@@ -45,14 +45,22 @@ class Motion:
     """A motion that files are wanted of.
 
     Attributes:
-        name: Its name in those of the files.
-        point: Point of the branch.
+        named: The motion and its names.
         first: First row of its stresses in the table.
     """
 
-    name: str
-    point: BranchPoint
+    named: NamedMotion
     first: int
+
+    @property
+    def name(self) -> str:
+        """Its name in those of the files."""
+        return self.named.name
+
+    @property
+    def point(self) -> PlacedMotion:
+        """The motion itself."""
+        return self.named.point
 
     @property
     def of_body(self) -> str:
@@ -145,7 +153,7 @@ class MotionFiles:
                     blocks[VELOCITY] = block(VELOCITY, -fields[VELOCITY])
                 self.body.grid.write_blocks(self.folder / motion.of_body / _frame(frame), blocks)
 
-    def _moved(self, point: BranchPoint, phase: Array) -> Iterator[dict[str, Array]]:
+    def _moved(self, point: PlacedMotion, phase: Array) -> Iterator[dict[str, Array]]:
         """Displacement and velocity on the grid at phases, if they are wanted."""
         ways = {
             "displacement": (DISPLACEMENT, self.shapes.amounts),
@@ -194,7 +202,9 @@ class MotionFiles:
             OSError: if they cannot be written.
         """
         rows = slice(motion.first + self.rows.peaks.start, motion.first + self.rows.peaks.stop)
-        peaks: dict[str, Array] = dict(zip(PEAKS, self.table.read(rows), strict=True))
+        peaks: dict[str, Array] = dict(
+            zip(self.rows.peak_names, self.table.read(rows), strict=True)
+        )
         self.body.grid.write(self.folder / f"peak_stress_{motion.name}.vtu", peaks)
 
     def _listed(self, motions: Sequence[Motion]) -> list[str]:

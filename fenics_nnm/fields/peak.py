@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fields.invariants import principal, von_mises
 from fenics_nnm.fields.shapes import MotionShapes
+from fenics_nnm.results.stored_branch import PlacedMotion
 
 #: Fields of the largest stresses.
 PEAKS = (
@@ -15,6 +15,10 @@ PEAKS = (
     "phase of peak von Mises stress (periods)",
     "peak largest principal stress (Pa)",
     "phase of peak largest principal stress (periods)",
+)
+
+#: Those beside the linear mode of the same energy.
+ABOVE_LINEAR = (
     "peak von Mises stress of the linear mode at this energy (Pa)",
     "peak von Mises stress above that of the linear mode (Pa)",
 )
@@ -23,26 +27,37 @@ PEAKS = (
 _ROUND_OFF = 1e-12
 
 
-def peaks(times: Array, stress: Array, mises: Array, linear: Array) -> Array:
+def peaks(times: Array, stress: Array, mises: Array) -> Array:
     """Largest von Mises and principal stress at each node, and when they occur first.
 
-    Contact forces are short, so that many instants are searched. Beside the peak is that of the
-    linear mode about the state of rest of the same energy E = (omega a)^2 / 2, and how far the
-    motion is above it.
+    Contact forces are short, so that many instants are searched.
 
     Args:
         times: Instants as parts of the period, shape (t,).
         stress: Stress in Pa at these, shape (t, nodes, 6).
         mises: Its von Mises stress, shape (t, nodes).
+
+    Returns:
+        The fields of `PEAKS`, shape (4, nodes).
+    """
+    tension, when = largest_tension(stress, mises)
+    return np.array([mises.max(axis=0), times[mises.argmax(axis=0)], tension, times[when]])
+
+
+def above_linear(mises: Array, linear: Array) -> Array:
+    """Peak of the linear mode of the same energy, and how far a motion is above it.
+
+    The mode is that about the state of rest, of the amplitude a with E = (omega a)^2 / 2.
+
+    Args:
+        mises: Von Mises stress of the motion in Pa, shape (t, nodes).
         linear: Stress in Pa at both reversals of the linear mode, shape (2, nodes, 6).
 
     Returns:
-        The fields of `PEAKS`, shape (6, nodes).
+        The fields of `ABOVE_LINEAR`, shape (2, nodes).
     """
-    tension, when = largest_tension(stress, mises)
-    peak, of_linear = mises.max(axis=0), von_mises(linear).max(axis=0)
-    at = times[mises.argmax(axis=0)], times[when]
-    return np.array([peak, at[0], tension, at[1], of_linear, peak - of_linear])
+    of_linear = von_mises(linear).max(axis=0)
+    return np.array([of_linear, mises.max(axis=0) - of_linear])
 
 
 def largest_tension(stress: Array, mises: Array) -> tuple[Array, Indices]:
@@ -64,7 +79,7 @@ def largest_tension(stress: Array, mises: Array) -> tuple[Array, Indices]:
     return found.max(axis=0), found.argmax(axis=0)
 
 
-def linear_reversals(shapes: MotionShapes, point: BranchPoint) -> Array:
+def linear_reversals(shapes: MotionShapes, point: PlacedMotion) -> Array:
     """Amounts of shapes at both reversals of the linear mode of a point's energy, (2, shapes)."""
     header = shapes.branch.header
     mode, rest = header.mode - 1, header.model.at_rest()

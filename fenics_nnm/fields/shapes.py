@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.mechanics.motion import force_rates_at
 from fenics_nnm.mechanics.pairs import Pairs
-from fenics_nnm.results.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
 
 #: Nodes whose shapes are in memory at once.
 _NODES_AT_ONCE = 2**14
@@ -47,13 +46,13 @@ class MotionShapes:
         np.negative(found[residual], out=found[residual])
         return found
 
-    def amounts(self, point: BranchPoint, phase: Array) -> Array:
+    def amounts(self, point: PlacedMotion, phase: Array) -> Array:
         """Amounts of the shapes in a motion at phases omega t, shape (len(phase), shapes)."""
         branch, basis = self.branch, self.branch.series.basis_at(phase)
         q, forces = basis @ point.motion.q, branch.forces(point, phase)
         return np.hstack([q, forces, self._products(q, q), *self._own(point, basis)])
 
-    def rates(self, point: BranchPoint, phase: Array) -> Array:
+    def rates(self, point: PlacedMotion, phase: Array) -> Array:
         """Their derivatives by time in 1/s."""
         branch, rates = self.branch, self.branch.series.rate_at(phase)
         forces = force_rates_at(branch.header.model, branch.series, point.motion, phase)
@@ -103,12 +102,12 @@ class MotionShapes:
             found[:, few] = np.tensordot(amounts, self.at(few), 1)
         return found
 
-    def _own(self, point: BranchPoint, harmonics: Array) -> list[Array]:
+    def _own(self, point: PlacedMotion, harmonics: Array) -> list[Array]:
         """Amounts of what full order adds: to the points that it belongs to."""
         none = np.zeros_like(harmonics)
         return [harmonics if place == point.position else none for place in self.inertia]
 
 
-def motion_shapes(branch: StoredBranch, points: Sequence[BranchPoint]) -> MotionShapes:
+def motion_shapes(branch: StoredBranch, points: Sequence[PlacedMotion]) -> MotionShapes:
     """The shapes that some points of a branch are made of."""
     return MotionShapes(branch, tuple(p.position for p in points if p.position in branch.inertia))

@@ -9,12 +9,12 @@ from itertools import accumulate
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.invariants import principal, von_mises
-from fenics_nnm.fields.peak import PEAKS, linear_reversals, peaks
+from fenics_nnm.fields.peak import ABOVE_LINEAR, PEAKS, above_linear, linear_reversals, peaks
 from fenics_nnm.fields.stress_basis import StressBasis
+from fenics_nnm.results.stored_branch import PlacedMotion
 
 VON_MISES = "von Mises stress (Pa)"
 PRINCIPAL = tuple(f"{which} principal stress (Pa)" for which in ("largest", "middle", "smallest"))
@@ -30,10 +30,13 @@ class StressRows:
     Attributes:
         fields: Fields wanted.
         frames: Frames of a period.
+        beside_linear: Whether peaks stand beside those of the linear mode of the same energy, as
+            those of free motions do.
     """
 
     fields: Sequence[FieldName]
     frames: Frames
+    beside_linear: bool = True
 
     @property
     def names(self) -> dict[str, int]:
@@ -56,7 +59,12 @@ class StressRows:
     def peaks(self) -> slice:
         """Rows of the peaks; none if they are not wanted."""
         start = self.frames.distinct * self.of_frame
-        return slice(start, start + len(PEAKS) * ("peak_stress" in self.fields))
+        return slice(start, start + len(self.peak_names) * ("peak_stress" in self.fields))
+
+    @property
+    def peak_names(self) -> tuple[str, ...]:
+        """Fields of the peaks."""
+        return (*PEAKS, *ABOVE_LINEAR) if self.beside_linear else PEAKS
 
     @property
     def count(self) -> int:
@@ -71,13 +79,13 @@ class StressRows:
             for (name, count), start in zip(self.names.items(), starts, strict=False)
         }
 
-    def at(self, basis: StressBasis, point: BranchPoint) -> Array:
+    def at(self, basis: StressBasis, point: PlacedMotion) -> Array:
         """All rows of a motion at the nodes of a part, shape (rows, nodes)."""
         times, of_frames = self.frames.searched()
         if "peak_stress" not in self.fields:
             times, of_frames = self.frames.times, np.arange(self.frames.distinct)
         moved = basis.shapes.amounts(point, 2 * np.pi * times)
-        reversals = linear_reversals(basis.shapes, point)
+        linear = linear_reversals(basis.shapes, point) if self.beside_linear else moved[:0]
         found = np.empty((self.count, basis.stresses.shape[2]))
         for start in range(0, found.shape[1], _NODES_AT_ONCE):
             few = slice(start, start + _NODES_AT_ONCE)
@@ -86,8 +94,16 @@ class StressRows:
             shown = self._of_frames(stress[of_frames], mises[of_frames])
             found[: self.peaks.start, few] = shown
             if "peak_stress" in self.fields:
-                found[self.peaks, few] = peaks(times, stress, mises, basis.stress(reversals, few))
+                found[self.peaks, few] = self._peaks(
+                    times, (stress, mises), basis.stress(linear, few)
+                )
         return found
+
+    def _peaks(self, times: Array, stresses: tuple[Array, Array], linear: Array) -> Array:
+        """Rows of the peaks of stresses and their von Mises stress, shape (peaks, nodes)."""
+        stress, mises = stresses
+        own = peaks(times, stress, mises)
+        return np.vstack([own, above_linear(mises, linear)]) if self.beside_linear else own
 
     def _of_frames(self, stress: Array, mises: Array) -> Array:
         """Rows of frames from stresses (frames, nodes, 6), frame by frame."""

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
-from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.motion import DISPLACEMENT
+from fenics_nnm.fields.named import NamedMotion
 from fenics_nnm.fields.stress_rows import VON_MISES
-from fenics_nnm.results.stored_branch import StoredBranch
+from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
 
 #: The largest displacement is drawn as this part of the body's size.
 _DRAWN = 0.08
@@ -23,15 +23,15 @@ _SHAPES = {1: "line", 2: "plane", 3: "solid"}
 def write_view(
     folder: Path,
     branch: StoredBranch,
-    points: Mapping[str, BranchPoint],
+    motion: NamedMotion,
     fields: Sequence[FieldName],
 ) -> None:
-    """Write view.py, which shows the motion of highest energy, if there is a displacement.
+    """Write view.py, which shows a motion, if there is a displacement.
 
     Args:
         folder: Folder of the files.
         branch: Branch.
-        points: Points that have files, by the name in the files.
+        motion: The motion.
         fields: Fields that were written.
 
     Raises:
@@ -39,21 +39,21 @@ def write_view(
     """
     if "displacement" not in fields:
         return
-    name = max(points, key=lambda each: points[each].gamma_ratio)
+    name = motion.name
     settings = {
         "MOTION": f"motion_{name}.pvd",
         "CONTACT": f"motion_{name}_contact.pvd" if "contact_pressure" in fields else "",
         "COLOUR": VON_MISES if "von_mises" in fields else DISPLACEMENT,
-        "SCALE": _scale(branch, points[name]),
+        "SCALE": _scale(branch, motion.point),
         "PLANE": _SHAPES[branch.shapes.shape[2]],
     }
     text = resources.files("fenics_nnm.fields").joinpath("view_template.py").read_text()
     for key, value in settings.items():
         text = text.replace(f'"@{key}@"', repr(value).replace("'", '"'))
-    (folder / "view.py").write_text(text.replace("@GAMMA@", f"{points[name].gamma_ratio:g}"))
+    (folder / "view.py").write_text(text.replace("@WORDS@", motion.words))
 
 
-def _scale(branch: StoredBranch, point: BranchPoint) -> float:
+def _scale(branch: StoredBranch, point: PlacedMotion) -> float:
     """A round factor that makes the largest displacement visible."""
     largest = float(branch.largest_displacement(point, 24).max())
     factor = _DRAWN * float(np.linalg.norm(np.ptp(branch.nodes, axis=0))) / largest

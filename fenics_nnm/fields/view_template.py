@@ -1,4 +1,4 @@
-"""The motion at gamma ratio @GAMMA@, for ParaView.
+"""The motion at @WORDS@, for ParaView.
 
 paraview --state=view.py               opens it: press play
 pvbatch view.py picture.png 0.25       draws a picture of a part of the period

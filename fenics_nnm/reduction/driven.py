@@ -63,6 +63,9 @@ class DrivenBasis:
             modes do not bring, m/N, shape (p + w, n_c).
         rate: Damping matrix of dashpots and of a matrix, in 1/s, shape (J', J').
         forces: Forces of springs that are not linear.
+        shapes: Displacement per modal coordinate, kg^-1/2, shape (n, J').
+        residual_shapes: Displacement per contact force that the modes do not bring, m/N,
+            shape (n, n_c).
     """
 
     model: ReducedModel
@@ -73,6 +76,8 @@ class DrivenBasis:
     residual: Array
     rate: Array
     forces: tuple[Force, ...]
+    shapes: Array
+    residual_shapes: Array
 
 
 def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators) -> DrivenBasis:
@@ -95,6 +100,7 @@ def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators)
     excited = places.excited.shape[1]
     model = _model(basis, static, places.gap, operators)
     residual = operators.inner(watched, static) - (shapes / model.omega**2) @ model.Phi.T
+    lacking = static - (basis.shapes / model.omega**2) @ model.Phi.T
     return DrivenBasis(
         model=model,
         modes=basis.free,
@@ -104,6 +110,8 @@ def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators)
         residual=residual if model.massless else np.zeros_like(residual),
         rate=operators.inner(basis.shapes, places.damping(basis.shapes)),
         forces=points.forces(attached),
+        shapes=basis.shapes,
+        residual_shapes=lacking if model.massless else np.zeros_like(lacking),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol
 
 import h5py
 import numpy as np
@@ -13,7 +14,7 @@ from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.mechanics.fourier import Series
-from fenics_nnm.mechanics.motion import force_rates_at, forces_at, free_displacement
+from fenics_nnm.mechanics.motion import Motion, force_rates_at, forces_at, free_displacement
 from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
@@ -23,6 +24,18 @@ _SAME_RATIO = 1e-6
 
 #: Nodes whose motion over a period is held in memory at once.
 _NODES_AT_ONCE = 10_000
+
+
+class PlacedMotion(Protocol):
+    """A motion with its place among others."""
+
+    @property
+    def motion(self) -> Motion:
+        """The motion."""
+
+    @property
+    def position(self) -> float:
+        """Its place: no two have the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +85,7 @@ class StoredBranch:
         inertia: Harmonics of the displacement in m, shape (N + 1, n, dim), that full order adds at
             points, by their position.
         state: Static state under steady loads; None where there are none.
+        driven: Whether its motions are driven by forces.
     """
 
     header: BranchHeader
@@ -94,6 +108,7 @@ class StoredBranch:
     contact_pressures: Array
     inertia: Mapping[float, Array]
     state: StoredState | None = None
+    driven: bool = False
 
     @property
     def series(self) -> Series:
@@ -131,11 +146,13 @@ class StoredBranch:
             )
         return nearest
 
-    def coordinates(self, point: BranchPoint, phase: Array) -> Array:
+    def coordinates(self, point: PlacedMotion, phase: Array) -> Array:
         """Modal coordinates in kg^1/2 m at phases omega t, shape (len(phase), J)."""
         return self.series.basis_at(phase) @ point.motion.q
 
-    def displacement(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
+    def displacement(
+        self, point: PlacedMotion, phase: Array, nodes: Indices | None = None
+    ) -> Array:
         """Displacement in m.
 
         Args:
@@ -152,7 +169,7 @@ class StoredBranch:
         field += _bent(self, coordinates, coordinates, nodes)
         return self._with_inertia(field, self.series.basis_at(phase), point, nodes)
 
-    def velocity(self, point: BranchPoint, phase: Array, nodes: Indices | None = None) -> Array:
+    def velocity(self, point: PlacedMotion, phase: Array, nodes: Indices | None = None) -> Array:
         """Velocity in m/s, the time derivative of `displacement`, of the same shape."""
         rates = self.series.rate_at(phase) @ point.motion.q
         force_rates = force_rates_at(self.header.model, self.series, point.motion, phase)
@@ -161,18 +178,18 @@ class StoredBranch:
         by_phase = self._with_inertia(by_phase, self.series.rate_at(phase), point, nodes)
         return 2 * np.pi * point.motion.frequency * by_phase
 
-    def gap(self, point: BranchPoint, phase: Array) -> Array:
+    def gap(self, point: PlacedMotion, phase: Array) -> Array:
         """Distance in m of the contact points to their obstacle, shape (len(phase), n_c)."""
         model = self.header.model
         forces = forces_at(model, self.series, point.motion, phase)
         free = free_displacement(model, self.series, point.motion, phase)
         return model.gap - free + forces @ model.R
 
-    def forces(self, point: BranchPoint, phase: Array) -> Array:
+    def forces(self, point: PlacedMotion, phase: Array) -> Array:
         """Contact forces in N, shape (len(phase), n_c)."""
         return forces_at(self.header.model, self.series, point.motion, phase)
 
-    def largest_displacement(self, point: BranchPoint, instants: int = 48) -> Array:
+    def largest_displacement(self, point: PlacedMotion, instants: int = 48) -> Array:
         """Largest distance of each node from rest over the period in m, shape (n,)."""
         phase = 2 * np.pi * np.arange(instants) / instants
         parts = np.array_split(np.arange(len(self.nodes)), len(self.nodes) // _NODES_AT_ONCE + 1)
@@ -194,7 +211,7 @@ class StoredBranch:
         return modal - np.tensordot(forces, self.residual_shapes[:, chosen], 1)
 
     def _with_inertia(
-        self, field: Array, basis: Array, point: BranchPoint, nodes: Indices | None
+        self, field: Array, basis: Array, point: PlacedMotion, nodes: Indices | None
     ) -> Array:
         """A field with what full order adds to it, where that is stored."""
         inertia = self.inertia.get(point.position)
@@ -224,9 +241,20 @@ def read_stored_branch(path: Path) -> StoredBranch:
         OutputError: if the file cannot be read, is of another kind, or has no mesh.
     """
     header, points = branch_file.read(path)
+    return body_in(path, header, points)
+
+
+def body_in(
+    path: Path, header: BranchHeader, points: tuple[BranchPoint, ...] = (), *, driven: bool = False
+) -> StoredBranch:
+    """The mesh and the shapes in a file of results whose header was read.
+
+    Raises:
+        OutputError: if the file cannot be read, or has no mesh.
+    """
     with branch_file.reading(path), h5py.File(path, "r") as file:
         if "mesh" not in file:
-            raise OutputError(f"{path}: has no mesh to draw: it is a branch of [matrices]")
+            raise OutputError(f"{path}: has no mesh to draw: it is of a study of [matrices]")
         _assert_rows(file, len(file["mesh/points"]), ("mesh/cells", "contact/facets"))
         _assert_rows(file, len(file["material/elasticity"]), ("material/row",))
         return StoredBranch(
@@ -253,6 +281,7 @@ def read_stored_branch(path: Path) -> StoredBranch:
                 for values in file.get("inertia", {}).values()
             },
             state=_state(file),
+            driven=driven,
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,14 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.linear import write_linear_modes
+from fenics_nnm.fields.named import of_branch
 from fenics_nnm.fields.state import write_state
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.resume import remove_taken_over
 from fenics_nnm.results.staging import move_results
+from fenics_nnm.results.stored_branch import read_stored_branch
 from fenics_nnm.results.tables import write_backbone, write_summary
 from fenics_nnm.running.preparing import Ready
 from fenics_nnm.running.run_summary import run_summary
@@ -72,8 +75,8 @@ def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
         led(comm, inertia, lambda blocks: branch_file.add_inertia(file, blocks))
     write_motions(
         folder,
-        file,
-        wanted,
+        partial(read_stored_branch, file),
+        of_branch(wanted),
         fields=study.output.fields,
         frames=study.output.frames,
         comm=comm,

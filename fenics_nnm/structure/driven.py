@@ -24,6 +24,7 @@ from fenics_nnm.response.structure import (
 )
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import structure_of
+from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.structure.motions import assert_without_coriolis
 from fenics_nnm.study import Study
 from fenics_nnm.study.driven import base_order
@@ -35,7 +36,14 @@ _NEEDED = ("excitation", "response")
 def driven_structure(
     study: Study, comm: MPI.Comm, stages: Stages | None = None, command: str = "response"
 ) -> DrivenStructure:
-    """The driven structure of a study; to be called on all ranks.
+    """The driven structure of a study, as `driven_linear` and `structure_from` find it."""
+    return structure_from(study, driven_linear(study, comm, stages, command).basis)
+
+
+def driven_linear(
+    study: Study, comm: MPI.Comm, stages: Stages | None = None, command: str = "response"
+) -> DrivenLinear:
+    """All that is linear of the driven structure of a study; to be called on all ranks.
 
     Args:
         study: Study.
@@ -48,9 +56,17 @@ def driven_structure(
         MeshError, ModelError, ConvergenceError: as `Structure.driven`.
     """
     _assert_drivable(study, command)
-    harmonics = _harmonics(study)
-    basis = structure_of(study).driven(comm, stages or Stages())
-    model = basis.model
+    _harmonics(study)
+    return structure_of(study).driven(comm, stages or Stages())
+
+
+def structure_from(study: Study, basis: DrivenBasis) -> DrivenStructure:
+    """The driven structure of a study from what it is reduced to.
+
+    Raises:
+        StudyError: if contact points with mass touch, or two places have one name.
+    """
+    model, harmonics = basis.model, _harmonics(study)
     if model.gap.min() <= 0 and not model.massless:
         raise StudyError(f"contact.gap = {model.gap.min():g}: must be positive: {NO_FLEXIBILITY}")
     turns = np.array([each.turn for each in study.excitation])

@@ -36,6 +36,7 @@ from fenics_nnm.reduction.modal_derivatives import (
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.driven_linear import DrivenMatrices
 from fenics_nnm.structure.driven_matrices import driven_places, unit_rows
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.kinematics_lines import WITHOUT_BENDING, kinematics_lines
@@ -62,9 +63,9 @@ class MatrixStructure:
         """As `Structure.linear`."""
         return on_root(comm, self._analysed, stages, at_most)
 
-    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
+    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenMatrices:
         """As `Structure.driven`."""
-        return on_root(comm, self._driven, stages)
+        return DrivenMatrices(on_root(comm, self._driven, stages))
 
     def _driven(self, stages: Stages) -> DrivenBasis:
         if self.study.matrices.bends:

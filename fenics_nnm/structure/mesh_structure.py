@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import StudyError
-from fenics_nnm.fem.blocks import KEPT_MESH, Data
+from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.contact import ContactInterface, interface_at
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
 from fenics_nnm.fem.deflection import BodyForces
@@ -31,7 +31,6 @@ from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fem.solid import Solid, assemble_solid
 from fenics_nnm.fem.static_state import loaded
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
-from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
@@ -39,6 +38,7 @@ from fenics_nnm.structure.bending import Bending
 from fenics_nnm.structure.body import body_of, dashpots_of, excitations_of, monitors_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
+from fenics_nnm.structure.driven_linear import DrivenBody
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.group_table import facet_counts, group_table
@@ -54,6 +54,7 @@ from fenics_nnm.structure.kinematics_lines import WITHOUT_BENDING, kinematics_li
 from fenics_nnm.structure.load_lines import load_lines
 from fenics_nnm.structure.loading import assert_followers_apart, assert_off_axis, loads_of
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
+from fenics_nnm.structure.mesh_data import with_mesh
 from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.structure.mode_count import mode_count
@@ -114,7 +115,7 @@ class MeshStructure:
         with found as solver:
             return _reduced(assembled, solver, stages, at_most)
 
-    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
+    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBody:
         """As `Structure.driven`."""
         study = self.study
         if study.body.kinematics == "second-order":
@@ -131,7 +132,8 @@ class MeshStructure:
             with stages.stage("modes"):
                 modes = solver.modes(mode_count(study, None, solver.free))
             with stages.stage("attachments"):
-                return driven(solid, interface, pushes, others, modes, solver)
+                basis = driven(solid, interface, pushes, others, modes, solver)
+        return DrivenBody(solid, interface, basis)
 
     def assembled(self, comm: MPI.Comm, stages: Stages) -> Assembled:
         """The body about its static state, with the vertices that can become contact points."""
@@ -269,18 +271,7 @@ class MeshLinear(LinearAnalysis):
 
     def data(self) -> Data:
         """Contact points and mesh in memory, shapes in blocks, and the mesh as it was read."""
-        interface = self.interface
-        contact = {
-            "contact/points": interface.points,
-            "contact/directions": interface.directions,
-            "contact/areas": interface.areas,
-            "contact/patches": interface.patch,
-            "contact/patch_names": np.array([name.encode() for name in interface.names]),
-        }
-        basis = gathered_basis(self)
-        kept = self.solid.tagged.as_read.arrays
-        packed = {f"{KEPT_MESH}/{name}": values for name, values in kept.items()}
-        return replace(basis, arrays={**contact, **basis.arrays}, packed=packed)
+        return with_mesh(gathered_basis(self), self.solid, self.interface)
 
     def heading(self) -> list[str]:
         """Mesh, materials, attachments and contact in words."""

@@ -15,11 +15,11 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
-from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.study.casing import AnyCasing
 
@@ -62,7 +62,7 @@ class Structure(Protocol):
             ConvergenceError: if the eigensolver fails or misses a mode.
         """
 
-    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBasis:
+    def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenLinear:
         """What it is reduced to under the forces of its study; to be called on all ranks.
 
         Raises:

@@ -12,7 +12,7 @@ from fenics_nnm.fem.elasticity import VTK_ORDER
 from fenics_nnm.fields.body import field_body
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.invariants import principal, von_mises
-from fenics_nnm.fields.peak import PEAKS, largest_tension
+from fenics_nnm.fields.peak import largest_tension
 from fenics_nnm.fields.shapes import motion_shapes
 from fenics_nnm.fields.stress_basis import stress_basis
 from fenics_nnm.fields.stress_rows import StressRows
@@ -61,7 +61,7 @@ def test_peaks_are_those_of_stresses_recovered_one_by_one(
         rows = StressRows(["peak_stress"], Frames(24, reversible=True))
         every = np.arange(body.grid.nodes)
         basis = stress_basis(body, motion_shapes(branch, branch.points), every)
-        peaks = dict(zip(PEAKS, rows.at(basis, point), strict=True))
+        peaks = dict(zip(rows.peak_names, rows.at(basis, point), strict=True))
         recovery = body.recovery(every)
         times = np.unique(np.concatenate([np.arange(n) / n for n in (24, 128)]))
         fields = branch.displacement(point, 2 * np.pi * times)

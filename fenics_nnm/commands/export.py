@@ -1,4 +1,4 @@
-"""fenics-nnm export: files for ParaView of any points of a finished run."""
+"""fenics-nnm export: files for ParaView of any points of a finished run or response."""
 
 from __future__ import annotations
 
@@ -34,10 +34,19 @@ def add_to(commands: Commands) -> None:
     """Add the command."""
     export = commands.add_parser("export", help="write ParaView files of points of a finished run")
     export.add_argument(
-        "branch", type=Path, metavar="branch.h5", help="file of a run, or its results folder"
+        "branch",
+        type=Path,
+        metavar="branch.h5",
+        help="file of a run, or response.h5 of a response, or its results folder",
     )
     export.add_argument(
-        "--gamma", type=float, nargs="+", required=True, metavar="RATIO", help="gamma ratios"
+        "--gamma", type=float, nargs="+", metavar="RATIO", help="gamma ratios, of a run"
+    )
+    export.add_argument(
+        "--at", type=float, nargs="+", metavar="HZ", help="frequencies, of a response"
+    )
+    export.add_argument(
+        "--level", type=float, metavar="X", help="level of a response (default: all)"
     )
     export.add_argument(
         "--fields",
@@ -53,33 +62,40 @@ def add_to(commands: Commands) -> None:
         help="frames of a period (default: %(default)s)",
     )
     export.add_argument(
-        "--output", type=Path, metavar="DIR", help="new folder (default: export beside branch.h5)"
+        "--output", type=Path, metavar="DIR", help="new folder (default: export beside the file)"
     )
     add_verbose(export)
     export.set_defaults(action=_export)
 
 
 def _export(arguments: argparse.Namespace) -> int:
+    from fenics_nnm.results.kinds import is_response
+
+    if arguments.frames < LEAST_FRAMES:
+        raise StudyError(f"--frames {arguments.frames}: must be at least {LEAST_FRAMES}")
+    if is_response(arguments.branch):
+        return _export_response(arguments)
+    for option in ("at", "level"):
+        if getattr(arguments, option) is not None:
+            raise StudyError(f"--{option}: is for a response: of a run name --gamma")
+    return _export_branch(arguments)
+
+
+def _export_branch(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
     from fenics_nnm.fields.export import export
 
-    fields = _fields(arguments.fields)
-    if arguments.frames < LEAST_FRAMES:
-        raise StudyError(f"--frames {arguments.frames}: must be at least {LEAST_FRAMES}")
-    for ratio in arguments.gamma:
-        if not math.isfinite(ratio):
-            raise StudyError(f"--gamma {ratio}: must be a number")
-    given = arguments.branch
+    ratios = _numbers("gamma", arguments.gamma)
+    fields, given, comm = _fields(arguments.fields), arguments.branch, MPI.COMM_WORLD
     file = given / "branch.h5" if given.is_dir() else given
     folder = arguments.output or file.with_name("export")
-    comm = MPI.COMM_WORLD
     console = console_of(comm)
     with stages_of(console, arguments) as stages, stages.stage("output"):
         found = export(
             file,
             folder,
-            arguments.gamma,
+            ratios,
             fields=fields,
             frames=arguments.frames,
             comm=comm,
@@ -88,10 +104,56 @@ def _export(arguments: argparse.Namespace) -> int:
     for point in found:
         show(console, _line(point))
     show(console, f"files in {folder}")
-    far = _far(arguments.gamma, [point.gamma_ratio for point in found])
-    for ratio, nearest in far:
-        show(console, f"--gamma {ratio:g}: no such point, the nearest has gamma ratio {nearest:g}")
+    far = _far(ratios, [point.gamma_ratio for point in found])
+    for ratio, near in far:
+        show(console, f"--gamma {ratio:g}: no such point, the nearest has gamma ratio {near:g}")
     return INCOMPLETE if far else DONE
+
+
+def _export_response(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.fields.export import AtFrequencies, export_response
+    from fenics_nnm.results.response_file import NAME
+
+    if arguments.gamma is not None:
+        raise StudyError("--gamma: is for a run: of a response name frequencies in Hz by --at")
+    wanted = AtFrequencies(_numbers("at", arguments.at), arguments.level)
+    fields, given, comm = _fields(arguments.fields), arguments.branch, MPI.COMM_WORLD
+    file = given / NAME if given.is_dir() else given
+    folder = arguments.output or file.with_name("export")
+    console = console_of(comm)
+    with stages_of(console, arguments) as stages, stages.stage("output"):
+        found = export_response(
+            file,
+            folder,
+            wanted,
+            fields=fields,
+            frames=arguments.frames,
+            comm=comm,
+            on_progress=stages.report,
+        )
+    for point in found:
+        show(console, f"level {point.level:g}, {point.frequency:.6g} Hz: {point.status}")
+    show(console, f"files in {folder}")
+    far = _far(wanted.frequencies, [point.frequency for point in found])
+    for frequency, near in far:
+        show(console, f"--at {frequency:g}: no such motion, the nearest has {near:g} Hz")
+    return INCOMPLETE if far else DONE
+
+
+def _numbers(option: str, given: Sequence[float] | None) -> Sequence[float]:
+    """Numbers of an option.
+
+    Raises:
+        StudyError: if there are none, or one is not a finite, positive number.
+    """
+    if not given:
+        raise StudyError(f"--{option}: is missing: which points are wanted")
+    for value in given:
+        if not math.isfinite(value) or (option == "at" and value <= 0):
+            raise StudyError(f"--{option} {value}: must be a number")
+    return given
 
 
 def _fields(names: str) -> tuple[FieldName, ...]:

@@ -21,12 +21,9 @@ from fenics_nnm.commands.shared import (
 from fenics_nnm.interrupts import terminable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from rich.table import Table
 
     from fenics_nnm.response.levels import Response
-    from fenics_nnm.response.phase_resonance import DampedBackbone
     from fenics_nnm.response.structure import DrivenStructure
 
 
@@ -41,6 +38,11 @@ def add_to(commands: Commands) -> None:
         metavar="DIR",
         help="folder of the results (default: results/STUDY-response)",
     )
+    response.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on from the levels of an interrupted, or finished, response of the same study",
+    )
     add_settings(response)
     add_study(response)
     response.set_defaults(action=_response)
@@ -49,55 +51,26 @@ def add_to(commands: Commands) -> None:
 def _response(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.fem.parallel import on_root
-    from fenics_nnm.output.response_report import write_response
-    from fenics_nnm.structure.driven import driven_motions, driven_structure
+    from fenics_nnm.output.response_lines import incomplete, short_of
+    from fenics_nnm.running.responding import ResponseJob, respond
 
-    (study, _), comm = asked_study(arguments), MPI.COMM_WORLD
+    (study, text), comm = asked_study(arguments), MPI.COMM_WORLD
     console = console_of(comm)
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-response"
     with terminable(), stages_of(console, arguments) as stages:
-        structure = driven_structure(study, comm, stages)
-        found = on_root(comm, driven_motions, study, structure, stages)
-        on_root(comm, write_response, folder, structure.monitors, found, title=study.title)
-    console.print(peak_table(structure, found, study.title))
+        done = respond(ResponseJob(study, text, arguments.resume, comm, stages), folder)
+    found = done.found
+    console.print(peak_table(done.structure, found, study.title))
     if found.backbone.points:
         console.print(resonance_table(found))
-    for reason in _short_of(found.backbone):
+    for reason in short_of(found.backbone):
         show(console, f"damped backbone: {reason}")
     show(console, f"results in {folder}")
+    missing = list(incomplete(found))
     if comm.rank == 0:
-        for line in _incomplete(found):
+        for line in missing:
             complain(f"incomplete: {line}")
-    return INCOMPLETE if any(_incomplete(found)) else DONE
-
-
-def _incomplete(found: Response) -> Iterator[str]:
-    """What is missing of a response, a line each."""
-    missing = found.missing
-    if missing:
-        yield (
-            f"{len(missing)} of {len(found.points)} points without amplitudes, the first at "
-            f"{missing[0].frequency:g} Hz: {missing[0].reason}"
-        )
-    refuted = found.refuted
-    if refuted:
-        yield (
-            f"{len(refuted)} of {len(found.points)} points are no motions, the first at "
-            f"{refuted[0].frequency:g} Hz: {refuted[0].reason}"
-        )
-    for reason in found.reasons:
-        yield f"the curve ends: {reason}"
-
-
-def _short_of(backbone: DampedBackbone) -> Iterator[str]:
-    """What a damped backbone lacks, a line each; the response is complete without."""
-    if refuted := backbone.refuted:
-        yield (
-            f"{len(refuted)} of {len(backbone.points)} points are no motions, the first at level "
-            f"{refuted[0].point.level:g}: {refuted[0].point.reason}"
-        )
-    yield from backbone.reasons
+    return INCOMPLETE if missing else DONE
 
 
 def peak_table(structure: DrivenStructure, found: Response, title: str = "") -> Table:

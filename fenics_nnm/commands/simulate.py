@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from fenics_nnm.commands.shared import (
 )
 from fenics_nnm.errors import StudyError
 from fenics_nnm.interrupts import terminable
+from fenics_nnm.study import Study
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -63,7 +65,13 @@ def add_to(commands: Commands) -> None:
         "--start",
         type=Path,
         metavar="DIR",
-        help="folder of a simulation whose last state is the first of this one (default: rest)",
+        help="folder of a simulation whose last state is the first of this one, or of a response: "
+        "its motion nearest to the first frequency (default: rest)",
+    )
+    simulate.add_argument(
+        "--point",
+        metavar="BRANCH:POINT",
+        help="with --start of a response: numbers of the motion in response.csv, as in 1:23",
     )
     simulate.add_argument(
         "--output",
@@ -87,6 +95,9 @@ def _simulate(arguments: argparse.Namespace) -> int:
     wanted = _wanted(arguments)
     (study, _), comm = asked_study(arguments), MPI.COMM_WORLD
     console = console_of(comm)
+    wanted = on_root(comm, _with_start, arguments, study, wanted)
+    if wanted.start and wanted.start.words:
+        show(console, wanted.start.words)
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-simulation"
     with terminable(), stages_of(console, arguments) as stages:
         structure = driven_structure(study, comm, stages, "simulate")
@@ -121,9 +132,40 @@ def _wanted(arguments: argparse.Namespace) -> Wanted:
         raise StudyError(f"--periods {periods}: must be from 1 to {_MOST}")
     if constant and arguments.way != "both":
         raise StudyError(f"--way {arguments.way}: has no effect with --frequency")
-    return Wanted(
-        arguments.frequency, periods, Way(arguments.way), arguments.level, arguments.start
-    )
+    return Wanted(arguments.frequency, periods, Way(arguments.way), arguments.level)
+
+
+def _with_start(arguments: argparse.Namespace, study: Study, wanted: Wanted) -> Wanted:
+    """The same with the state to start from.
+
+    Raises:
+        StudyError, OutputError: if it cannot be read, or is not there.
+    """
+    from fenics_nnm.results.kinds import is_response
+    from fenics_nnm.results.response_start import start_of_response
+    from fenics_nnm.structure.simulated import STATE_FILE, first_frequency, last_state
+
+    folder: Path | None = arguments.start
+    if folder is not None and is_response(folder):
+        frequency, place = first_frequency(study, wanted), _place(arguments.point)
+        return replace(wanted, start=start_of_response(folder, frequency, wanted.level, place))
+    if arguments.point is not None:
+        raise StudyError(f"--point {arguments.point}: needs --start with the folder of a response")
+    return wanted if folder is None else replace(wanted, start=last_state(folder / STATE_FILE))
+
+
+def _place(text: str | None) -> tuple[int, int] | None:
+    """Numbers of a branch and a point on it.
+
+    Raises:
+        StudyError: if they are not of the form BRANCH:POINT.
+    """
+    if text is None:
+        return None
+    branch, _, number = text.partition(":")
+    if not (branch.isdecimal() and number.isdecimal()):
+        raise StudyError(f"--point {text}: must be BRANCH:POINT, two numbers, as in 1:23")
+    return int(branch), int(number)
 
 
 def simulation_table(structure: DrivenStructure, found: Simulated, title: str = "") -> Table:

@@ -1,9 +1,11 @@
-"""Files of any points of a finished run, from branch.h5 alone."""
+"""Files of any points of a finished run or response, from branch.h5 or response.h5 alone."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -14,8 +16,13 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.field_names import FieldName
+from fenics_nnm.fields.driven import of_response
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.fields.named import of_branch
+from fenics_nnm.response.point import ResponsePoint
+from fenics_nnm.response.reported import nearest
+from fenics_nnm.results import response_file
+from fenics_nnm.results.response_file import StoredResponse
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
 
 #: Two gamma ratios nearer than this are the same.
@@ -51,7 +58,7 @@ def export(
             there already or cannot be written.
     """
     points = on_root(comm, _begun, file, folder, ratios)
-    try:
+    with _whole_or_not(folder, comm):
         write_motions(
             folder,
             partial(read_stored_branch, file),
@@ -61,13 +68,98 @@ def export(
             comm=comm,
             on_progress=on_progress,
         )
+    return points
+
+
+@dataclass(frozen=True, slots=True)
+class AtFrequencies:
+    """Motions of a response that are wanted.
+
+    Attributes:
+        frequencies: Frequencies in Hz: of each the nearest motion, or all at that frequency.
+        level: Level of the forces; None for all.
+    """
+
+    frequencies: Sequence[float]
+    level: float | None = None
+
+
+def export_response(
+    file: Path,
+    folder: Path,
+    wanted: AtFrequencies,
+    *,
+    fields: Sequence[FieldName],
+    frames: int,
+    comm: MPI.Intracomm,
+    on_progress: Callable[[float], None] = lambda done: None,
+) -> list[ResponsePoint]:
+    """Write the files that a response writes, of the motions nearest to some frequencies.
+
+    Args:
+        file: response.h5 of a response.
+        folder: Folder to make.
+        wanted: Which motions.
+        fields: Fields wanted.
+        frames: Frames of a period.
+        comm: Communicator; all ranks call this, and share the work.
+        on_progress: Called with the part done.
+
+    Returns:
+        The motions.
+
+    Raises:
+        OutputError: if the file cannot be read, has no mesh or no such motion, or the folder is
+            there already or cannot be written.
+    """
+    stored, numbers = on_root(comm, _response_begun, file, folder, wanted)
+    points = stored.found.points
+    with _whole_or_not(folder, comm):
+        write_motions(
+            folder,
+            partial(response_file.read_body, file),
+            of_response(stored.header, points, numbers),
+            fields=fields,
+            frames=frames,
+            comm=comm,
+            on_progress=on_progress,
+        )
+    return [points[number] for number in numbers]
+
+
+def _response_begun(
+    file: Path, folder: Path, wanted: AtFrequencies
+) -> tuple[StoredResponse, list[int]]:
+    """Make the folder, and list the numbers of the motions that are wanted."""
+    stored = response_file.read(file)
+    response_file.read_body(file)  # refuses what has no mesh
+    levels = stored.found.levels
+    if wanted.level is not None and wanted.level not in levels:
+        listed = ", ".join(f"{each:g}" for each in levels)
+        raise OutputError(f"{file}: has no level {wanted.level:g}: must be one of {listed}")
+    chosen = levels if wanted.level is None else (wanted.level,)
+    numbers = {n for each in wanted.frequencies for n in nearest(stored.found, each, chosen)}
+    if not numbers:
+        raise OutputError(f"{file}: has no motions")
+    _make(folder)
+    return stored, sorted(numbers)
+
+
+@contextmanager
+def _whole_or_not(folder: Path, comm: MPI.Comm) -> Iterator[None]:
+    """Remove a folder that cannot be written in full.
+
+    Raises:
+        OutputError: in place of an error of the operating system.
+    """
+    try:
+        yield
     except BaseException as error:
         if comm.rank == 0:
             shutil.rmtree(folder, ignore_errors=True)
         if isinstance(error, OSError):
             raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
         raise
-    return points
 
 
 def _begun(file: Path, folder: Path, ratios: Sequence[float]) -> list[BranchPoint]:

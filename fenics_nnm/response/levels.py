@@ -19,6 +19,22 @@ from fenics_nnm.response.structure import DrivenStructure
 
 
 @dataclass(frozen=True, slots=True)
+class CurveEnd:
+    """Where a curve ends that does not reach from the lowest frequency to the highest one.
+
+    Attributes:
+        reason: Why.
+        level: Factor of the forces.
+    """
+
+    reason: str
+    level: float = 1.0
+
+    def __str__(self) -> str:
+        return f"level {self.level:g}, {self.reason}"
+
+
+@dataclass(frozen=True, slots=True)
 class Response:
     """Motions of a driven structure over frequency, level by level.
 
@@ -31,7 +47,7 @@ class Response:
 
     points: tuple[ResponsePoint, ...]
     peaks: tuple[Peak, ...] = ()
-    reasons: tuple[str, ...] = ()
+    reasons: tuple[CurveEnd, ...] = ()
     backbone: DampedBackbone = field(default_factory=DampedBackbone)
 
     @property
@@ -44,9 +60,36 @@ class Response:
         """Points with amplitudes that are no motions of the structure."""
         return tuple(point for point in self.points if point.refuted)
 
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """Levels in the order of the points."""
+        of_points = [point.level for point in self.points]
+        return tuple(dict.fromkeys([*of_points, *(each.level for each in self.reasons)]))
+
     def at_level(self, level: float) -> tuple[ResponsePoint, ...]:
         """Points of a level."""
         return tuple(point for point in self.points if point.level == level)
+
+    def by_level(self) -> tuple[Response, ...]:
+        """The response of each level, without the damped backbone."""
+        return tuple(self.only((level,)) for level in self.levels)
+
+    def only(self, levels: Sequence[float]) -> Response:
+        """The response of some levels, without the damped backbone."""
+        return Response(
+            tuple(point for point in self.points if point.level in levels),
+            tuple(peak for peak in self.peaks if peak.level in levels),
+            tuple(reason for reason in self.reasons if reason.level in levels),
+        )
+
+    def followed_by(self, other: Response) -> Response:
+        """The points, peaks and reasons of both, and the damped backbone of this one."""
+        return replace(
+            self,
+            points=self.points + other.points,
+            peaks=self.peaks + other.peaks,
+            reasons=self.reasons + other.reasons,
+        )
 
 
 def response(
@@ -55,6 +98,8 @@ def response(
     frequencies: Array,
     levels: Sequence[float] = (1.0,),
     *,
+    known: Response | None = None,
+    on_level: Callable[[int, Response], None] = lambda number, found: None,
     on_progress: Callable[[float], None] = lambda part: None,
 ) -> Response:
     """Responses of a structure at some levels of its forces.
@@ -64,24 +109,36 @@ def response(
         series: Series in time.
         frequencies: Frequencies in Hz, ascending, shape (f,).
         levels: Factors of the forces.
+        known: Levels that were found before, which are taken as they are.
+        on_level: Called with the number of each level, from 0, and its response.
         on_progress: Called with the part that is done.
 
     Raises:
         ModelError: if a gap is not positive where contact points carry mass.
     """
-    points: list[ResponsePoint] = []
-    tops: list[Peak] = []
-    reasons = []
+    before = {level.levels[0]: level for level in known.by_level()} if known else {}
+    found = Response(())
     for number, level in enumerate(levels):
 
         def report(part: float, before: int = number) -> None:
             on_progress((before + part) / len(levels))
 
-        found = _at_level(structure.at_level(level), series, frequencies, report)
-        points += [replace(each, level=level) for each in found.points]
-        tops += [replace(each, level=level) for each in found.peaks]
-        reasons += [f"level {level:g}, {reason}" for reason in found.reasons]
-    return Response(tuple(points), tuple(tops), tuple(reasons))
+        if (own := before.get(level)) is None:
+            own = _of_level(
+                _at_level(structure.at_level(level), series, frequencies, report), level
+            )
+        on_level(number, own)
+        found = found.followed_by(own)
+    return found
+
+
+def _of_level(found: Response, level: float) -> Response:
+    """A response as that of a level."""
+    return Response(
+        tuple(replace(each, level=level) for each in found.points),
+        tuple(replace(each, level=level) for each in found.peaks),
+        tuple(replace(each, level=level) for each in found.reasons),
+    )
 
 
 def _at_level(
@@ -101,7 +158,7 @@ def _at_level(
             told = tuple(_with_reason(each, structure.objection) for each in opened)
             return Response(told, tuple(curve_peaks(told, others)))
     found = curve(structure, series, frequencies, on_progress=on_progress)
-    reasons = (found.reason,) if found.reason else ()
+    reasons = (CurveEnd(found.reason),) if found.reason else ()
     return Response(found.points, tuple(curve_peaks(found.points, others)), reasons)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,10 @@ _FREE = (
     "response",
     "output",
 )
+
+
+LeavesOf = Callable[[Study], Iterator[tuple[str, Any]]]
+"""What gives keys of a study with their values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,21 +101,24 @@ def assert_nobody_runs(folder: Path, *, but: Path | None = None) -> None:
         raise StudyError(f"{living[0]}: is of a run that is going on ({living[1]}): let it end")
 
 
-def difference(stored: str, wanted: str) -> str:
+def difference(stored: str, wanted: str, leaves_of: LeavesOf | None = None) -> str:
     """The first key in which two study files differ, among those that the points depend on.
 
     Args:
         stored: Text of the study file of the stored points.
         wanted: Text of the study file now.
+        leaves_of: Gives the keys and values of a study that points depend on; by default those of
+            a branch.
 
     Returns:
         Key, stored and new value; nothing if the points of one are those of the other.
     """
+    leaves_of = leaves_of or _leaves
     try:
-        before = dict(_leaves(_study(stored)))
+        before = dict(leaves_of(_study(stored)))
     except (NonlinearModeError, tomllib.TOMLDecodeError) as error:
         return f"its study file cannot be read by this version: {error}"
-    now = dict(_leaves(_study(wanted)))
+    now = dict(leaves_of(_study(wanted)))
     in_file = [key for name in values_of(wanted) for key in now if key.startswith(f"{name}.")]
     for key in dict.fromkeys([*in_file, *now, *before]):
         if before.get(key) != now.get(key):

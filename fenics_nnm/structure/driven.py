@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +29,9 @@ from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.structure.motions import assert_without_coriolis
 from fenics_nnm.study import Study
 from fenics_nnm.study.driven import base_order
+
+#: Frequencies that differ by less than this part are the same.
+_SAME = 1e-9
 
 #: Sections that a response needs, besides damping of some kind and those of every study.
 _NEEDED = ("excitation", "response")
@@ -81,9 +85,22 @@ def structure_from(study: Study, basis: DrivenBasis) -> DrivenStructure:
 
 
 def driven_motions(
-    study: Study, structure: DrivenStructure, stages: Stages | None = None
+    study: Study,
+    structure: DrivenStructure,
+    stages: Stages | None = None,
+    *,
+    known: Response | None = None,
+    on_level: Callable[[int, Response], None] = lambda number, found: None,
 ) -> Response:
-    """The motions of its driven structure that a study asks for."""
+    """The motions of its driven structure that a study asks for.
+
+    Args:
+        study: Study.
+        structure: Its driven structure.
+        stages: Timings and progress.
+        known: Levels, and a damped backbone, that were found before.
+        on_level: Called with the number of each level, from 0, and its response.
+    """
     assert study.response is not None  # refused by `driven_structure`
     stages = stages or Stages()
     series = FourierSeries(study.resolution.harmonics, study.resolution.samples)
@@ -91,14 +108,19 @@ def driven_motions(
         found = response(
             structure,
             series,
-            wanted_frequencies(study),
+            response_frequencies(study),
             study.response.levels,
+            known=known,
+            on_level=on_level,
             on_progress=stages.report,
         )
     per_hertz = speed_per_hertz(study)
     points = [replace(each, speed=per_hertz * each.frequency) for each in found.points]
+    found = replace(found, points=tuple(points))
+    if known and known.backbone.points and set(known.levels) == set(found.levels):
+        return replace(found, backbone=known.backbone)
     backbone = _backbone(study, structure, series, stages).at_speeds(per_hertz)
-    return replace(found, points=tuple(points), backbone=backbone)
+    return replace(found, backbone=backbone)
 
 
 def _backbone(
@@ -116,6 +138,20 @@ def _backbone(
             study.response.levels,
             on_progress=stages.report,
         )
+
+
+def response_frequencies(study: Study) -> Array:
+    """Frequencies in Hz of the response, with those whose motions are reported, shape (f,)."""
+    wanted = wanted_frequencies(study)
+    far = [each for each in reported_frequencies(study) if np.abs(wanted / each - 1).min() > _SAME]
+    return np.sort([*wanted, *far])
+
+
+def reported_frequencies(study: Study) -> tuple[float, ...]:
+    """Frequencies in Hz whose motions a study wants files of; none: the highest peaks."""
+    assert study.response is not None  # refused by `driven_linear`
+    unit = 1.0 if study.response.frequencies is not None else speed_per_hertz(study)
+    return tuple(value / unit for value in study.response.report_at)
 
 
 def wanted_frequencies(study: Study) -> Array:

@@ -35,6 +35,28 @@ class Way(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Start:
+    """A stored state to start from.
+
+    Attributes:
+        q: Modal coordinates in kg^1/2 m, shape (J,).
+        velocity: Their velocities, shape (J,).
+        omega: Natural frequencies of the modal coordinates in rad/s, shape (J,).
+        path: File that it is from.
+        shapes: Displacement of the places that were watched, which tell the signs of modes, shape
+            (w, J); none if they are not known.
+        words: What it is, in words; nothing if there is nothing to say.
+    """
+
+    q: Array
+    velocity: Array
+    omega: Array
+    path: Path
+    shapes: Array
+    words: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Wanted:
     """What is to be simulated.
 
@@ -43,14 +65,14 @@ class Wanted:
         periods: Periods at each frequency.
         way: Way of a sweep.
         level: Factor of all forces.
-        start: Folder with the state to start from; None from rest.
+        start: The state to start from; None from rest.
     """
 
     frequency: float | None
     periods: int
     way: Way = Way.BOTH
     level: float = 1.0
-    start: Path | None = None
+    start: Start | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +136,7 @@ def simulated(
         raise StudyError(f"reduction.modes = {study.reduction.modes}: {structure.objection}")
     driven = structure.at_level(wanted.level)
     flow = DampedFlow.of(driven.mechanics, 1.0)
-    state = _first(wanted, structure.model.omega)
+    state = _first(wanted, structure)
     legs: list[Leg] = []
     with stages.stage("simulation"):
         for name, frequencies in _ways(study, wanted):
@@ -132,6 +154,20 @@ def simulated(
     return Simulated(tuple(legs), structure.model.omega, at_last)
 
 
+def first_frequency(study: Study, wanted: Wanted) -> float:
+    """The frequency in Hz that a simulation begins with.
+
+    Raises:
+        StudyError: if the study has no [response] to sweep through.
+    """
+    if wanted.frequency is not None:
+        return wanted.frequency
+    if study.response is None:
+        raise StudyError("response: is missing: fenics-nnm simulate needs it to sweep through")
+    ends = wanted_frequencies(study)[[0, -1]]
+    return float(ends[1] if wanted.way == Way.DOWN else ends[0])
+
+
 def _ways(study: Study, wanted: Wanted) -> Iterator[tuple[str, Array]]:
     """Names and frequencies in Hz, one for each period, of the parts of a simulation."""
     if wanted.frequency is not None:
@@ -144,14 +180,41 @@ def _ways(study: Study, wanted: Wanted) -> Iterator[tuple[str, Array]]:
         yield Way.DOWN, frequencies[::-1]
 
 
-def _first(wanted: Wanted, omega: Array) -> State:
-    """The state to start from: a stored one, or rest without contact and force."""
-    if wanted.start is None:
+def _first(wanted: Wanted, structure: DrivenStructure) -> State:
+    """The state to start from: a stored one, or rest without contact and force.
+
+    Raises:
+        StudyError: if the stored one is not of this structure.
+    """
+    omega, start = structure.model.omega, wanted.start
+    if start is None:
         return State(np.zeros(len(omega)), np.zeros(len(omega)))
-    return _stored(wanted.start / STATE_FILE, omega)
+    shapes = [values.shape for values in (start.q, start.velocity, start.omega)]
+    if shapes != [omega.shape] * 3:
+        raise StudyError(
+            f"{start.path}: has {start.q.size} modal coordinates: must be {len(omega)}"
+        )
+    if not np.allclose(start.omega, omega, rtol=_SAME, atol=0):
+        raise StudyError(f"{start.path}: is the state of another structure: frequencies differ")
+    if not (np.isfinite(start.q).all() and np.isfinite(start.velocity).all()):
+        raise StudyError(f"{start.path}: has numbers that are not finite")
+    signs = _signs(start.shapes, structure.watched.shapes)
+    return State(signs * start.q, signs * start.velocity)
 
 
-def _stored(path: Path, omega: Array) -> State:
+def _signs(stored: Array, shapes: Array) -> Array:
+    """The sign of each mode in terms of the stored ones, by what they move, shape (J,)."""
+    if stored.shape != shapes.shape:
+        return np.ones(shapes.shape[1])
+    return np.where(np.einsum("ij,ij->j", stored, shapes) < 0, -1.0, 1.0)
+
+
+def last_state(path: Path) -> Start:
+    """The last state of a simulation.
+
+    Raises:
+        StudyError: if it cannot be read.
+    """
     try:
         with np.load(path, allow_pickle=False) as file:
             q, velocity, own = (
@@ -159,10 +222,4 @@ def _stored(path: Path, omega: Array) -> State:
             )
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise StudyError(f"{path}: cannot be read as the last state of a simulation") from error
-    if q.shape != omega.shape or velocity.shape != omega.shape or own.shape != omega.shape:
-        raise StudyError(f"{path}: has {q.size} modal coordinates: must be {len(omega)}")
-    if not np.allclose(own, omega, rtol=_SAME, atol=0):
-        raise StudyError(f"{path}: is the state of another structure: frequencies differ")
-    if not (np.isfinite(q).all() and np.isfinite(velocity).all()):
-        raise StudyError(f"{path}: has numbers that are not finite")
-    return State(q, velocity)
+    return Start(q, velocity, own, path, np.zeros((0, len(own))))

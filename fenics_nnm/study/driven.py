@@ -164,6 +164,11 @@ class ResponseSection(Record):
         None, description="range { from, to, step } in rad/s, for excitation by engine orders"
     )
     levels: Levels = Field((1.0,), description="list of factors of all forces, positive")
+    report_at: Annotated[tuple[Positive, ...], FromList] = Field(
+        (),
+        description="frequencies in Hz, or speeds in rad/s with speeds, whose motions are written "
+        "for ParaView; the default is the highest peak of each level",
+    )
     backbone: bool = Field(
         True, description="whether motions in phase resonance are followed up to the highest level"
     )
@@ -174,7 +179,20 @@ class ResponseSection(Record):
             raise ValueError("frequencies, speeds: must have one of the two")
         if len(set(self.levels)) < len(self.levels):
             raise ValueError(f"levels = {list(self.levels)}: must differ")
+        for value in self.report_at:
+            if not self.range.start <= value <= self.range.stop:
+                raise ValueError(
+                    f"report_at = {value:g}: must be from {self.range.start:g} to "
+                    f"{self.range.stop:g}, as the response is"
+                )
         return self
+
+    @property
+    def range(self) -> Hertz:
+        """The range of frequencies or speeds."""
+        found = self.frequencies or self.speeds
+        assert found is not None  # one of the two is given
+        return found
 
 
 def base_order(orders: tuple[int, ...]) -> int:

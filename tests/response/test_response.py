@@ -108,6 +108,7 @@ def test_two_masses_have_amplitude_and_phase_of_the_closed_form(
     assert sorted(path.name for path in folder.iterdir()) == [
         "resonance.csv",
         "response.csv",
+        "response.h5",
         "response.png",
     ]
 

@@ -1,0 +1,83 @@
+"""Motions of a driven structure as those that files are wanted of."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.fields.named import NamedMotion
+from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.motion import Motion
+from fenics_nnm.response.point import ResponsePoint
+from fenics_nnm.results.header import BranchHeader
+
+
+@dataclass(frozen=True, slots=True)
+class DrivenMotion:
+    """A motion of a response.
+
+    Attributes:
+        position: Its number, from 0.
+        motion: The motion; Rayleigh quotient and energy are those of free motions: nan.
+    """
+
+    position: float
+    motion: Motion
+
+
+def of_response(
+    header: BranchHeader, points: Sequence[ResponsePoint], numbers: Sequence[int]
+) -> list[NamedMotion]:
+    """Motions of a response by level and frequency; later passings of both get a number.
+
+    Args:
+        header: What the file of the response says of all its motions.
+        points: Motions of the response.
+        numbers: Those that files are wanted of.
+    """
+    passed: Counter[tuple[float, str]] = Counter()
+    named = []
+    for number in numbers:
+        point = points[number]
+        level, frequency = f"{point.level:g}", f"{point.frequency:.6g}"
+        passed[point.level, frequency] += 1
+        again = passed[point.level, frequency]
+        passing = f" passing{again}" if again > 1 else ""
+        words = f"level {level}, {frequency} Hz"
+        motion = _motion(header.model, header.time_series, point)
+        named.append(
+            NamedMotion(
+                name=f"level{level}_{frequency}Hz{passing.replace(' ', '_')}",
+                short=f"{words}{passing}",
+                words=words,
+                weight=float(point.amplitude[0]),
+                point=DrivenMotion(float(number), motion),
+            )
+        )
+    return named
+
+
+def _motion(model: ReducedModel, series: Series, point: ResponsePoint) -> Motion:
+    free = point.q @ model.Phi.T
+    return Motion(
+        q=point.q,
+        force=_forces(model, series.synthesis @ free),
+        free=free,
+        frequency=point.frequency,
+        rayleigh_frequency=float("nan"),
+        energy=float("nan"),
+        contact_fraction=float(point.displacements.contact.max()),
+    )
+
+
+def _forces(model: ReducedModel, moved: Array) -> Array:
+    """Contact forces in N at displacements (s, n_c); none where points move with the modes."""
+    if not model.massless:
+        return np.zeros_like(moved)
+    return Complementarity(model.R, model.gap)(moved).force

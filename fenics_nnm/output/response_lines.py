@@ -1,0 +1,36 @@
+"""What is missing of a response, in lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fenics_nnm.response.levels import Response
+from fenics_nnm.response.phase_resonance import DampedBackbone
+
+
+def incomplete(found: Response) -> Iterator[str]:
+    """What is missing of a response, a line each."""
+    missing = found.missing
+    if missing:
+        yield (
+            f"{len(missing)} of {len(found.points)} points without amplitudes, the first at "
+            f"{missing[0].frequency:g} Hz: {missing[0].reason}"
+        )
+    refuted = found.refuted
+    if refuted:
+        yield (
+            f"{len(refuted)} of {len(found.points)} points are no motions, the first at "
+            f"{refuted[0].frequency:g} Hz: {refuted[0].reason}"
+        )
+    for reason in found.reasons:
+        yield f"the curve ends: {reason}"
+
+
+def short_of(backbone: DampedBackbone) -> Iterator[str]:
+    """What a damped backbone lacks, a line each; the response is complete without."""
+    if refuted := backbone.refuted:
+        yield (
+            f"{len(refuted)} of {len(backbone.points)} points are no motions, the first at level "
+            f"{refuted[0].point.level:g}: {refuted[0].point.reason}"
+        )
+    yield from backbone.reasons

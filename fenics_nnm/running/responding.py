@@ -1,0 +1,204 @@
+"""A whole response: from a study file to a folder of results."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from mpi4py import MPI
+
+from fenics_nnm.errors import OutputError, StudyError
+from fenics_nnm.fem.blocks import Blocks, Data
+from fenics_nnm.fem.conducting import led
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fields.driven import of_response
+from fenics_nnm.fields.files import write_motions
+from fenics_nnm.interrupts import uninterrupted
+from fenics_nnm.output.response_lines import incomplete, short_of
+from fenics_nnm.output.response_report import write_response
+from fenics_nnm.response.levels import Response
+from fenics_nnm.response.reported import reported
+from fenics_nnm.response.structure import DrivenStructure
+from fenics_nnm.results import response_file, response_folder
+from fenics_nnm.results.header import BranchHeader
+from fenics_nnm.results.response_folder import Workplace
+from fenics_nnm.results.response_resume import going_on, known_levels
+from fenics_nnm.running.run_summary import versions
+from fenics_nnm.stages import Stages
+from fenics_nnm.structure.driven import (
+    driven_linear,
+    driven_motions,
+    reported_frequencies,
+    structure_from,
+)
+from fenics_nnm.structure.driven_linear import DrivenLinear
+from fenics_nnm.study import Study
+from fenics_nnm.study.inputs import input_digests
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class ResponseJob:
+    """What is asked for; the same on all ranks.
+
+    Attributes:
+        study: Study.
+        text: Text of the study file, kept in response.h5.
+        resume: Whether to begin with levels of an interrupted, or finished, response.
+        comm: Communicator of the mesh.
+        stages: Timings and progress.
+    """
+
+    study: Study
+    text: str
+    resume: bool
+    comm: MPI.Intracomm
+    stages: Stages
+
+
+@dataclass(frozen=True, slots=True)
+class Responded:
+    """What a response gave.
+
+    Attributes:
+        structure: The driven structure.
+        found: Its motions.
+    """
+
+    structure: DrivenStructure
+    found: Response
+
+
+def respond(job: ResponseJob, folder: Path) -> Responded:
+    """Find the response that a study asks for, and write its results.
+
+    Raises:
+        NonlinearModeError: if the study cannot be driven, or the results not be written.
+    """
+    study, comm = job.study, job.comm
+    linear = driven_linear(study, comm, job.stages)
+    structure = structure_from(study, linear.basis)
+    if study.response and study.response.report_at and not linear.has_mesh:
+        raise StudyError("response.report_at: has no effect: matrices have no ParaView files")
+    inputs = on_root(comm, input_digests, study)
+    header = _header(job, structure, inputs)
+    with _working_in(folder, comm) as place:
+        data = linear.data()
+        known = led(comm, data.blocks, partial(_begun, job, place, header, structure, data))
+        found = on_root(comm, _solved, job, place, structure, known)
+        with job.stages.stage("output"):
+            _write_fields(job, place, linear, header, found)
+            on_root(comm, _publish, job, place, structure, found)
+    return Responded(structure, found)
+
+
+def _header(
+    job: ResponseJob, structure: DrivenStructure, inputs: Mapping[str, str]
+) -> BranchHeader:
+    numbers = job.study.resolution
+    return BranchHeader(
+        study=job.text,
+        versions=versions(),
+        mode=job.study.mode.number,
+        harmonics=numbers.harmonics,
+        samples=numbers.samples,
+        modes=numbers.modes,
+        series="general",
+        model=structure.model,
+        inputs=inputs,
+    )
+
+
+@contextmanager
+def _working_in(folder: Path, comm: MPI.Comm) -> Iterator[Workplace]:
+    """A folder of this response, until its results are published or it ends by an error."""
+    place = on_root(comm, response_folder.claim, folder)
+    try:
+        yield place
+    except BaseException as error:
+        if comm.rank == 0:
+            with uninterrupted():
+                if note := place.leave():
+                    error.add_note(note)
+        if isinstance(error, OSError) and not isinstance(error, OutputError):
+            reason = error.strerror or error
+            raise OutputError(f"{error.filename or folder}: cannot be written: {reason}") from error
+        raise
+
+
+def _begun(
+    job: ResponseJob,
+    place: Workplace,
+    header: BranchHeader,
+    structure: DrivenStructure,
+    data: Data,
+    blocks: Mapping[str, Blocks],
+) -> Response:
+    """Make response.h5, and find levels of an earlier response that are wanted again."""
+    whole = Data(data.arrays, blocks, data.packed)
+    response_file.create(place.file, header, structure.watched, whole)
+    if not job.resume:
+        response_folder.report(place.results, place.path)
+        return Response(())
+    earlier = response_folder.stored(place.results, place.path)
+    chosen = going_on(earlier, header)
+    if chosen is None:
+        logger.warning("%s: no levels to resume from: starting anew", place.results)
+        return Response(())
+    return known_levels(*chosen, structure.model, structure.watched)
+
+
+def _solved(
+    job: ResponseJob, place: Workplace, structure: DrivenStructure, known: Response
+) -> Response:
+    def on_level(number: int, found: Response) -> None:
+        with uninterrupted():
+            response_file.keep(place.file, number, found)
+
+    if known.levels:
+        logger.info("levels taken over: %s", ", ".join(f"{each:g}" for each in known.levels))
+    return driven_motions(job.study, structure, job.stages, known=known, on_level=on_level)
+
+
+def _write_fields(
+    job: ResponseJob, place: Workplace, linear: DrivenLinear, header: BranchHeader, found: Response
+) -> None:
+    """Write ParaView files of the motions that are asked for, if there is a mesh."""
+    on_root(job.comm, response_file.finish, place.file, found, _lines(found))
+    numbers = reported(found, reported_frequencies(job.study))
+    if not linear.has_mesh or not numbers:
+        return
+    folder = place.path / "fields"
+    on_root(job.comm, folder.mkdir)
+    write_motions(
+        folder,
+        partial(response_file.read_body, place.file),
+        of_response(header, found.points, numbers),
+        fields=job.study.output.fields,
+        frames=job.study.output.frames,
+        comm=job.comm,
+        on_progress=job.stages.report,
+    )
+
+
+def _lines(found: Response) -> list[str]:
+    return [
+        *(f"incomplete: {line}" for line in incomplete(found)),
+        *(f"damped backbone: {line}" for line in short_of(found.backbone)),
+    ]
+
+
+def _publish(
+    job: ResponseJob, place: Workplace, structure: DrivenStructure, found: Response
+) -> None:
+    """Write tables and picture, and move all results to their folder."""
+    with uninterrupted():
+        write_response(place.results, structure.monitors, found, title=job.study.title)
+        if job.resume:
+            response_folder.remove_interrupted(place.results)
+        place.publish()

@@ -110,9 +110,10 @@ def _cubic(
 
 def _cubic_root(before: float, after: float, falls: float, rises: float) -> float:
     """Where the cubic changes sign, from positive to not positive, to a few digits."""
+    ends = np.array([before, after, falls, rises])
 
     def function(t: float) -> tuple[float, float | None]:
-        value, slope = _cubic(t, before, after, falls, rises)
+        value, slope = _cubic(t, *ends)
         return float(value), float(slope)
 
     return _root(function, 0.0, 1.0, _ROUGH * before)

@@ -30,6 +30,7 @@ class BodyForces:
         self._solid = solid
         comm = solid.tagged.mesh.comm
         self._second, self._third = _Latest(self._pairs, comm), _Latest(self._all, comm)
+        self._bent: tuple[Array, Array] | None = None
 
     def second(self, phi: Array) -> Array:
         """f''[phi_i, phi_j] in N of shapes (n_owned, k) by their pairs; on all ranks."""
@@ -38,6 +39,22 @@ class BodyForces:
     def third(self, phi: Array) -> Array:
         """phi_i . f'''[phi_j, phi_k, phi_l], shape (k, k, k, k); on all ranks."""
         return self._third(phi)
+
+    def remembering(self, static: Product) -> Product:
+        """Static displacements (n_owned, p), which are not made again for the forces of `second`.
+
+        Contact points that are chosen anew leave them as they are.
+
+        Args:
+            static: From columns of forces to static displacements; always of the same stiffness.
+        """
+
+        def displacements(forces: Array) -> Array:
+            if self._bent is None or self._bent[0] is not forces:
+                self._bent = forces, static(forces)
+            return self._bent[1]
+
+        return displacements
 
     @cached_property
     def _forms(self) -> FormDeflection:

@@ -31,7 +31,8 @@ from fenics_nnm.materials.material import Material
 #: Largest strain of warming.
 _LARGEST_STRAIN = 0.1
 
-_SIMPLICES = ("interval", "triangle", "tetrahedron")
+#: Cells that a linear map makes of the reference cell, where their edges are straight.
+SIMPLICES = ("interval", "triangle", "tetrahedron")
 
 
 def rest_form(solid: Solid, loads: Loads, u: fem.Function, level: fem.Constant) -> Expr:
@@ -162,6 +163,6 @@ def points_of_large_deflection(solid: Solid) -> int:
     """
     degree = solid.body.degree
     mesh = solid.tagged.mesh
-    straight = mesh.topology.cell_name() in _SIMPLICES and coordinate_element(mesh).degree == 1
+    straight = mesh.topology.cell_name() in SIMPLICES and coordinate_element(mesh).degree == 1
     turns = any(material.turns for material, _ in solid.regions.parts)
     return 4 * (degree - 1) if straight and not turns else 2 * degree + 2

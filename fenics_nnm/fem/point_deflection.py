@@ -18,7 +18,7 @@ from dolfinx import fem
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.compat import cell_nodes, coordinate_element
-from fenics_nnm.fem.loaded_form import points_of_large_deflection
+from fenics_nnm.fem.loaded_form import SIMPLICES, points_of_large_deflection
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.stress import STRAINS_OF, constant_law
 from fenics_nnm.mechanics.pairs import Pairs
@@ -29,12 +29,12 @@ _AT_ONCE = 2000
 
 @dataclass(frozen=True, slots=True)
 class _Cells:
-    """Some cells of one material.
+    """Some cells of one material, with all their points x.
 
     Attributes:
         nodes: Blocks of degrees of freedom, shape (cells, nodes).
-        inverse: Derivative of reference coordinate A by x_i, shape (A, i, q, 1, cells).
-        weight: Weight of the points times the extent of the body, shape (q, 1, cells).
+        inverse: Derivative of reference coordinate A by x_i, shape (A, i, x).
+        weight: Weight of the points times the extent of the body, shape (x,).
         law: Stress by strain, with engineering shear strains, Pa, shape (m, m).
     """
 
@@ -54,42 +54,40 @@ class PointDeflection:
         cell = mesh.basix_cell()
         points, self._weights = basix.make_quadrature(cell, points_of_large_deflection(solid))
         self._slopes = _slopes(cell, degree, points)
-        self._map = _slopes(cell, coordinate_element(mesh).degree, points)
+        geometry = coordinate_element(mesh).degree
+        straight = geometry == 1 and mesh.topology.cell_name() in SIMPLICES
+        # one point stands for all where the map of a cell is linear
+        self._map = _slopes(cell, geometry, points[:1] if straight else points)
 
     def third(self, phi: Array) -> Array:
         """phi_i . f'''[phi_j, phi_k, phi_l] of shapes (n_owned, k), (k, k, k, k); on all ranks."""
         pairs, local = Pairs.of(phi.shape[1]), self._local(phi)
-        whole = np.zeros((len(pairs.first),) * 2)
+        count = len(pairs.first)
+        whole = np.zeros((count, count))
         for cells in self._chunks():
-            slope = self._gradients(cells, local)
-            strain = _strains(slope[..., pairs.first, :], slope[..., pairs.second, :])
-            stress = (cells.law @ strain.reshape(len(strain), -1)).reshape(strain.shape)
-            columns = (
-                each.transpose(2, 0, 1, 3).reshape(len(whole), -1)
-                for each in (strain * cells.weight, stress)
-            )
-            one, other = columns
-            whole += one @ other.T
+            strain = _strains(self._gradients(cells, local))
+            stress = cells.law @ (strain * cells.weight)
+            whole += strain.reshape(count, -1) @ stress.reshape(count, -1).T
         whole = np.asarray(self._solid.tagged.mesh.comm.allreduce(whole))
         both = whole[pairs.place[:, :, None, None], pairs.place]
         return np.asarray(both + both.transpose(0, 2, 1, 3) + both.transpose(0, 3, 2, 1))
 
     def _gradients(self, cells: _Cells, local: Array) -> Array:
-        """Gradients of the masters, d u_i / d x_j, shape (i, j, q, k, cells)."""
-        moved = local[cells.nodes].transpose(1, 2, 3, 0)  # nodes, components, masters, cells
-        nodes, dim, count, c = moved.shape
-        reference = (self._slopes @ moved.reshape(nodes, -1)).reshape(dim, -1, dim, count, c)
-        return np.einsum("aqikc,ajqlc->ijqkc", reference, cells.inverse)
+        """Gradients of the masters, d u_i / d x_j, shape (k, j, i, x)."""
+        moved = local[:, cells.nodes].transpose(0, 3, 2, 1)  # masters, components, nodes, cells
+        reference = self._slopes @ moved[:, :, None]  # (k, i, A, q, cells)
+        flat = reference.reshape(*reference.shape[:3], -1)
+        return np.einsum("kiax,ajx->kjix", flat, cells.inverse)
 
     def _local(self, phi: Array) -> Array:
-        """Masters at all local degrees of freedom, shape (blocks, dim, k)."""
+        """Masters at all local degrees of freedom, shape (k, blocks, dim)."""
         solid, dim = self._solid, self._solid.tagged.dim
         function, columns = fem.Function(solid.space), []
         for column in phi.T:
             function.x.array[: solid.owned] = column
             function.x.scatter_forward()
             columns.append(function.x.array.copy())
-        return np.stack(columns, axis=1).reshape(-1, dim, len(columns))
+        return np.stack(columns).reshape(len(columns), -1, dim)
 
     def _chunks(self) -> Iterator[_Cells]:
         """All owned cells, some at a time."""
@@ -104,32 +102,38 @@ class PointDeflection:
     def _cells(self, cells: Indices, law: Array) -> _Cells:
         solid, dim = self._solid, self._solid.tagged.dim
         mesh = solid.tagged.mesh
-        x = mesh.geometry.x[cell_nodes(mesh)[cells]][:, :, :dim].transpose(1, 2, 0)
-        J = (self._map @ x.reshape(len(x), -1)).reshape(dim, -1, dim, len(cells))
-        J = J.transpose(1, 3, 2, 0)  # q, cells, i, A
-        weight = self._weights[:, None] * np.abs(np.linalg.det(J)) * solid.body.extent
-        inverse = np.ascontiguousarray(np.linalg.inv(J).transpose(2, 3, 0, 1)[:, :, :, None])
-        return _Cells(solid.space.dofmap.list[cells], inverse, weight[:, None, :], law)
+        x = mesh.geometry.x[cell_nodes(mesh)[cells]][:, :, :dim].transpose(2, 1, 0)
+        J = self._map @ x[:, None]  # (i, A, q or 1, cells)
+        J = J.reshape(dim, dim, -1).transpose(2, 0, 1)
+        repeats = len(self._weights) // self._map.shape[1]
+        size = np.tile(np.abs(np.linalg.det(J)), repeats) * solid.body.extent
+        inverse = np.tile(np.linalg.inv(J).transpose(1, 2, 0), repeats)
+        weight = np.repeat(self._weights, len(cells)) * size
+        return _Cells(solid.space.dofmap.list[cells], inverse, weight, law)
 
 
 def _slopes(cell: basix.CellType, degree: int, points: Array) -> Array:
-    """Derivatives of Lagrange's basis at reference points, shape (dim * q, nodes)."""
+    """Derivatives of Lagrange's basis at reference points, shape (dim, q, nodes)."""
     element = basix.create_element(
         basix.ElementFamily.P, cell, degree, basix.LagrangeVariant.gll_warped
     )
-    table = element.tabulate(1, points)[1:, :, :, 0]
-    return np.ascontiguousarray(table.reshape(-1, table.shape[2]))
+    return np.ascontiguousarray(element.tabulate(1, points)[1:, :, :, 0])
 
 
-def _strains(one: Array, other: Array) -> Array:
-    """sym(one^T other) with engineering shear strains, shape (m, q, tensors, cells)."""
+def _strains(slope: Array) -> Array:
+    """sym(grad a^T grad b) of all pairs, with engineering shear strains, shape (p, m, x).
 
-    def product(i: int, j: int) -> Array:
-        return np.einsum("mqpc,mqpc->qpc", one[:, i], other[:, j])
-
-    return np.stack(
-        [
-            product(i, j) if i == j else product(i, j) + product(j, i)
-            for i, j in STRAINS_OF[len(one)]
-        ]
-    )
+    Args:
+        slope: Gradients d u_i / d x_j, shape (k, j, i, x).
+    """
+    count, dim, _, points = slope.shape
+    pairs, places = Pairs.of(count), STRAINS_OF[dim]
+    found = np.empty((len(pairs.first), len(places), points))
+    for one in range(count):
+        rows = pairs.place[one, one:]
+        for m, (i, j) in enumerate(places):
+            own = found[rows[0] : rows[-1] + 1, m]
+            np.einsum("ix,kix->kx", slope[one, i], slope[one:, j], out=own)
+            if i != j:
+                own += np.einsum("ix,kix->kx", slope[one, j], slope[one:, i])
+    return found

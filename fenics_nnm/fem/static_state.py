@@ -1,8 +1,8 @@
 """Static state of a body under steady loads, geometrically exact.
 
-First all loads are tried at once, with the factors of one stiffness: those of the body as it is
-before it moves. Steps with them are accelerated (`fem.anderson`), and what they end at counts if
-its tangent stiffness is positive definite, which the same factors show (`fem.least_ratio`).
+First all loads are tried at once, with the factors of the stiffness of the unloaded body. Steps
+with them are accelerated (`fem.anderson`), and what they end at counts if its tangent stiffness is
+positive definite, which the same factors show (`fem.least_ratio`).
 
 Else Newton's method takes over, and the loads are applied in parts as large as it takes. A step of
 the load is refused if it does not converge, ends where the tangent stiffness is not positive
@@ -13,8 +13,6 @@ through to another state).
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -45,11 +43,12 @@ _CONTRACTING = 0.3
 #: It diverges when a step is so many times its first one; it fails after so many steps.
 _DIVERGING, _MOST_STEPS = 1e6, 40
 
-#: Steps with the factors of one stiffness: they have converged at this part of the displacement;
-#: as many at most, and so many without a smaller one.
-_ACCELERATED, _MOST_ACCELERATED, _PATIENCE = 1e-11, 40, 5
+#: Steps with the factors of the unloaded body: they have converged when a step is this part of the
+#: displacement, as what is left then is some ten times less; as many at most, and so many without a
+#: smaller one.
+_ACCELERATED, _MOST_ACCELERATED, _PATIENCE = 1e-10, 40, 5
 
-#: A tangent stiffness below this part of that of the body before it moves is left to Newton.
+#: A tangent stiffness below this part of that of the unloaded body is left to Newton.
 _SOFT = 0.01
 
 #: A step of the load that moves the body by more than this times its linear prediction is halved.
@@ -115,22 +114,12 @@ class _Newton(HeldTogether):
         """Whether steps with one stiffness lead to a state of all loads, with its tangent."""
         self._residual.apply(1.0)
         try:
-            self._renew()
+            self._factorise(self._solid.stiffness)
             if self._negative or not self._accelerated():
                 return False
         except _Refused:
             return False
-        with self._same_factors():
-            return least_ratio(self._residual.assemble(), self._ksp) > _SOFT
-
-    @contextmanager
-    def _same_factors(self) -> Iterator[None]:
-        """Keep the present factors, though the tangent stiffness is assembled anew."""
-        self._ksp.getPC().setReusePreconditioner(True)
-        try:
-            yield
-        finally:
-            self._ksp.getPC().setReusePreconditioner(False)
+        return least_ratio(self._residual.assemble(), self._ksp) > _SOFT
 
     def _accelerated(self) -> bool:
         """Whether accelerated steps with the present factors converge.
@@ -195,7 +184,7 @@ class _Newton(HeldTogether):
         start, first, last, anew = residual.owned.copy(), 0.0, np.inf, True
         for _ in range(_MOST_STEPS):
             if anew:
-                self._renew()
+                self._factorise(residual.assemble())
             change = self._step()
             moved = residual.norm(change)
             first = first or moved
@@ -226,14 +215,14 @@ class _Newton(HeldTogether):
         except ConvergenceError as error:
             raise _Refused("Newton's method diverges") from error
 
-    def _renew(self) -> None:
-        """Factorise the tangent stiffness at the present displacement.
+    def _factorise(self, stiffness: PETSc.Mat) -> None:
+        """Factorise a stiffness, for the steps that follow.
 
         Raises:
             _Refused: if it is singular.
             OutOfMemoryError: if there is too little memory for its factors.
         """
-        self._ksp.setOperators(self._residual.assemble())
+        self._ksp.setOperators(stiffness)
         try:
             with limited_memory(self._ksp, self._memory):
                 factorise(self._ksp)
@@ -244,7 +233,7 @@ class _Newton(HeldTogether):
 
     @property
     def _negative(self) -> int:
-        """Number of negative eigenvalues of the tangent stiffness that was factorised last."""
+        """Number of negative eigenvalues of the stiffness that was factorised last."""
         return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(12))
 
 

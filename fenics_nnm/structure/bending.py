@@ -112,6 +112,7 @@ def bent(body: Bendable, reduction: Reduction, masters: Indices, solver: ModalSo
         ModelError: if its internal force has no potential.
     """
     operators = operators_of(body.solid, body.interface, solver)
+    operators = replace(operators, static=body.forces.remembering(solver.static))
     return with_second_order(reduction, masters, operators, deflection_of(body))
 
 

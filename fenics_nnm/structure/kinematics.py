@@ -51,7 +51,7 @@ def bending_of(study: MeshStudy, body: Bendable, solver: ModalSolver, stages: St
         return Bending(straight, straight, mode)
     with stages.stage("second order"):
         if straight.model.massless:
-            return Bending(straight, bent(body, straight, np.array([mode]), solver), mode)
+            return Bending(straight, bent(body, straight, _first(study, straight), solver), mode)
         alone = of_mode_alone(straight, mode)
         return Bending(straight, bent(body, alone, np.array([0]), solver), mode)
 
@@ -133,6 +133,18 @@ def _with_masters(
     if not np.array_equal(masters, bending.masters):
         given = bent(linear, bending.straight, masters, solver)
     return replace(given, choice=choice)
+
+
+def _first(study: MeshStudy, straight: Reduction) -> Indices:
+    """Places of the masters that are needed first: all where the study asks for them anyway.
+
+    Raises:
+        ModelError: if one is no mode of the model.
+    """
+    named = study.body.masters
+    if named is None or study.body.kinematics != "second-order":
+        return np.array([study.mode.number - 1])
+    return _masters(named, straight)
 
 
 def _masters(masters: Sequence[int], straight: Reduction) -> Indices:

@@ -16,6 +16,10 @@ from fenics_nnm.arrays import Array
 _DEPENDENT = 0.003
 
 
+#: Rows that there is room for at first.
+_ROOM = 8
+
+
 class Anderson:
     """The next x from all x and g(x) so far, with the least g that their changes can make."""
 
@@ -23,34 +27,46 @@ class Anderson:
         """Begin with no step; `comm` has all parts of the vectors."""
         self._comm = comm
         self._last: tuple[Array, Array] | None = None
-        self._changes: list[tuple[Array, Array]] = []  # of x, and of g: these are orthonormal
+        self._count = 0
+        self._rows = np.empty((2, 0, 0))  # changes of x, and of g: these are orthonormal
 
     def following(self, x: Array, g: Array) -> Array:
         """The next x, each of shape (n_owned,); to be called on all ranks."""
         if self._last is not None:
             self._learn(x - self._last[0], g - self._last[1])
         self._last = x, g
-        found = x + g
-        for moved, changed in self._changes:
-            found -= self._inner(changed, g) * (moved + changed)
-        return found
+        moved, changed = self._along(g)
+        return x + g - moved - changed
 
     def _learn(self, moved: Array, changed: Array) -> None:
         """Keep a change of x and that of g that it made, made orthogonal to those before."""
         size, latest = self._norm(changed), (moved, changed)
         for _ in range(2):  # twice is enough
-            for along, direction in self._changes:
-                part = self._inner(direction, changed)
-                moved, changed = moved - part * along, changed - part * direction
+            along = self._along(changed)
+            moved, changed = moved - along[0], changed - along[1]
         left = self._norm(changed)
         if left <= _DEPENDENT * size:
             (moved, changed), left = latest, size
-            self._changes.clear()
+            self._count = 0
         if left:
-            self._changes.append((moved / left, changed / left))
+            self._keep(moved / left, changed / left)
 
-    def _inner(self, one: Array, other: Array) -> float:
-        return float(self._comm.allreduce(float(one @ other)))
+    def _along(self, g: Array) -> tuple[Array, Array]:
+        """The part of g along earlier changes of g, as a change of x and of g."""
+        if not self._count:
+            return np.zeros(len(g)), np.zeros(len(g))
+        moved, changed = self._rows[:, : self._count]
+        parts = np.asarray(self._comm.allreduce(changed @ g))
+        return parts @ moved, parts @ changed
+
+    def _keep(self, moved: Array, changed: Array) -> None:
+        if self._count >= self._rows.shape[1]:
+            rows = np.empty((2, max(_ROOM, 2 * self._count), len(moved)))
+            if self._count:
+                rows[:, : self._count] = self._rows[:, : self._count]
+            self._rows = rows
+        self._rows[:, self._count] = moved, changed
+        self._count += 1
 
     def _norm(self, one: Array) -> float:
-        return float(np.sqrt(self._inner(one, one)))
+        return float(np.sqrt(self._comm.allreduce(float(one @ one))))

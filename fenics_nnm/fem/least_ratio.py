@@ -21,12 +21,13 @@ _ACCURACY, _LEAST_STEPS, _MOST_STEPS = 0.1, 6, 40
 _SEED = 20
 
 
-def least_ratio(tangent: PETSc.Mat, ksp: PETSc.KSP) -> float:
+def least_ratio(tangent: PETSc.Mat, ksp: PETSc.KSP, enough: float = np.inf) -> float:
     """A lower bound of the least eigenvalue of K^-1 K_T to some 10 per cent; on all ranks.
 
     Args:
         tangent: K_T, symmetric.
         ksp: Solver with the factors of K, symmetric and positive definite.
+        enough: A bound above this is taken however close it is.
 
     Returns:
         The bound; minus infinity if it is not found in 40 steps.
@@ -54,7 +55,8 @@ def least_ratio(tangent: PETSc.Mat, ksp: PETSc.KSP) -> float:
         values, vectors = eigh_tridiagonal(np.array(diagonal), np.array(beside))
         error = size * abs(float(vectors[-1, 0]))
         lowest = float(values[0])
-        if (step >= _LEAST_STEPS or not size) and error <= _ACCURACY * abs(lowest):
+        close = error <= _ACCURACY * abs(lowest) or lowest - error > enough
+        if close and (step >= _LEAST_STEPS or not size):
             return lowest - error
         if lowest + error < 0:
             return lowest

@@ -46,10 +46,11 @@ _DIVERGING, _MOST_STEPS = 1e6, 40
 #: Steps with the factors of the unloaded body: they have converged when a step is this part of the
 #: displacement, as what is left then is some ten times less; as many at most, and so many without a
 #: smaller one.
-_ACCELERATED, _MOST_ACCELERATED, _PATIENCE = 1e-10, 40, 5
+_ACCELERATED, _MOST_ACCELERATED, _PATIENCE = 3e-10, 40, 5
 
-#: A tangent stiffness below this part of that of the unloaded body is left to Newton.
-_SOFT = 0.01
+#: A tangent stiffness below this part of that of the unloaded body is left to Newton; it is enough
+#: to know that it is above the second one.
+_SOFT, _FIRM = 0.01, 0.2
 
 #: A step of the load that moves the body by more than this times its linear prediction is halved.
 _FARTHER = 3.0
@@ -119,7 +120,7 @@ class _Newton(HeldTogether):
                 return False
         except _Refused:
             return False
-        return least_ratio(self._residual.assemble(), self._ksp) > _SOFT
+        return least_ratio(self._residual.assemble(), self._ksp, _FIRM) > _SOFT
 
     def _accelerated(self) -> bool:
         """Whether accelerated steps with the present factors converge.

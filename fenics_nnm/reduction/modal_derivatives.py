@@ -97,7 +97,7 @@ def modal_derivatives(
     phi, place = shapes[:, masters], pairs.place
     forces = deflection.second(phi)
     theta = -operators.static(forces)
-    theta -= shapes @ operators.inner(operators.mass(shapes), theta)
+    theta -= shapes @ operators.inner(shapes, operators.mass(theta))
     alpha = operators.inner(shapes, forces)[:, place] / 2
     size = _norm(operators.inner, phi) * _norm(operators.inner, forces)
     alpha[masters] = _of_potential("second", alpha[masters], size)

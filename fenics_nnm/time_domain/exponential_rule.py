@@ -102,20 +102,10 @@ class Weights:
         inner = gauss_nodes(_POINTS + int(np.ceil(longest * nu[-1] / 2)))
         passed = times[:, None] * inner.at
         basis = nodes.basis(passed / step) * (times[:, None] * inner.weight)[:, :, None]
-        angle = nu[:, None, None, None] * (times[:, None] - passed)[:, None, :]
+        angle = nu[:, None] * (times[:, None] - passed)[:, None, :]
         turned = nu[:, None] * times
-        return cls(
-            nu=nu,
-            cosine=np.cos(turned),
-            sine=np.sin(turned),
-            both=np.concatenate(
-                [
-                    (np.sin(angle) @ basis)[:, :, 0] / nu[:, None, None],
-                    (np.cos(angle) @ basis)[:, :, 0],
-                ],
-                axis=1,
-            ),
-        )
+        both = np.concatenate([np.sin(angle) @ basis / nu[:, None], np.cos(angle) @ basis])
+        return cls(nu, np.cos(turned), np.sin(turned), np.ascontiguousarray(both.swapaxes(0, 1)))
 
     def motion(self, x: Array, rate: Array, remainder: Array) -> tuple[Array, Array]:
         """Coordinates and velocities of a motion, each of shape (J, t).

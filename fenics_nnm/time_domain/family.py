@@ -9,7 +9,7 @@ walk along its tangent to the energy that is wanted, if the family goes there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,8 @@ class Steps:
         walk_step: First step along the family, relative in the energy norm.
         longest_walk_step: Longest one.
         shortest_walk_step: A walk that needs shorter ones is given up.
+        walk_tolerance: Miss that ends Newton's iteration on the way; the motion at its end obeys
+            `tolerance`.
         farthest: A walk, or a motion, that is farther from the guess, relative in the energy norm,
             leads to, or is, another motion.
     """
@@ -46,6 +48,7 @@ class Steps:
     walk_step: float = 0.02
     longest_walk_step: float = 0.05
     shortest_walk_step: float = 1e-4
+    walk_tolerance: float = 1e-6
     farthest: float = 0.3
 
 
@@ -117,13 +120,13 @@ def walk_to_energy(equations: PeriodMap, nearest: Found, steps: Steps) -> Found:
     """
     at, length = nearest, steps.walk_step
     before: Array = np.zeros(0)
-    count = nearest.iterations
+    count, roughly = nearest.iterations, replace(steps, tolerance=steps.walk_tolerance)
     for _ in range(steps.walk):
         tangent = _tangent(at.miss, before)
         reach = -at.miss.energy_error / float(at.miss.jacobian[-1] @ tangent)
         there = 0 < reach <= length
         guess = at.unknowns + min(length, reach if there else length) * tangent
-        found = periodic_motion(equations, guess, steps, keep_energy=there)
+        found = periodic_motion(equations, guess, steps if there else roughly, keep_energy=there)
         count += found.iterations
         moved = float(np.linalg.norm(found.unknowns - at.unknowns))
         if found.failure or moved > 2 * length:
@@ -132,7 +135,7 @@ def walk_to_energy(equations: PeriodMap, nearest: Found, steps: Steps) -> Found:
                 return _not_reached(nearest, count, "the walk along the family is stuck")
         elif there:
             return Found(found.unknowns, found.miss, count)
-        elif np.linalg.norm((found.unknowns - equations.start)[:-1]) > 2 * steps.farthest:
+        elif max(steps.farthest, _distance(equations, at)) < _distance(equations, found):
             return _not_reached(nearest, count, "the family leads away from the guess")
         else:
             passed = found.miss.energy_error * at.miss.energy_error <= 0
@@ -150,6 +153,11 @@ def _not_reached(nearest: Found, iterations: int, why: str) -> Found:
         f"no motion of this energy was reached from the nearest, which has {change:+.2%} of it:"
         f" {why}",
     )
+
+
+def _distance(equations: PeriodMap, found: Found) -> float:
+    """Distance of a motion from the guess, relative in the energy norm."""
+    return float(np.linalg.norm((found.unknowns - equations.start)[:-1]))
 
 
 def family_tangent(miss: Miss, along: Array) -> Array:

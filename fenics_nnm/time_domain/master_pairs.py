@@ -39,6 +39,8 @@ class MasterPairs:
 
     def products(self, q: Array) -> Array:
         """Products of masters (s, k), shape (s, P)."""
+        if self.count == 1:
+            return q * q
         return np.asarray(q[:, self.first] * q[:, self.second])
 
     def product_slopes(self, q: Array) -> Array:
@@ -67,6 +69,8 @@ class MasterPairs:
 
     def matrices(self, values: Array) -> Array:
         """Symmetric matrices of values of pairs (s, P), shape (s, k, k)."""
+        if self.count == 1:
+            return values[:, :, None]
         return np.asarray(values[:, self.number])
 
 

@@ -168,7 +168,8 @@ class Remainder:
     def _accelerated(self, q: Array, w: Array, products: Array, inner: Array) -> Array:
         """M^-1 (w + F), shape (s, k)."""
         forced = (self.pairs.matrices(inner) @ q[:, :, None])[:, :, 0]
-        forced += w + products @ self._tensors.quadratic
+        forced += w
+        forced += products @ self._tensors.quadratic
         return self._over_mass(products, forced[:, :, None])[:, :, 0]
 
     def _over_mass(self, products: Array, right: Array) -> Array:

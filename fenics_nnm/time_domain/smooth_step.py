@@ -18,7 +18,8 @@ _ROUND_OFF = 1e-13
 #: Iterations for the remainder; a step that needs more is halved.
 _ITERATIONS = 30
 
-#: Changes of the remainder below these parts of the motion: converged, and stalled in round-off.
+#: Changes of the remainder below these parts of the motion: converged, if the next one would be,
+#: and stalled in round-off.
 _CONVERGED, _STALLED = 2e-15, 1e-12
 
 
@@ -88,7 +89,8 @@ class SmoothStep:
             moved = (found - pushes) @ directions.T
             change = rule.step * float(np.abs(moved).max(initial=0.0))
             pushes = found
-            if change <= _CONVERGED * wide or before / 2 < change <= _STALLED * wide:
+            following = change * (change / before if before < np.inf else 1.0)
+            if following <= _CONVERGED * wide or before / 2 < change <= _STALLED * wide:
                 return cls(stage, rule, start, seen, pushes, directions @ pushes.T)
             if not change < 1e3 * before:
                 return None

@@ -81,6 +81,7 @@ class Remainder:
     offset: Array
     rate: Array
     directions: Array
+    _unit: Array
     _tensors: _Tensors
 
     @classmethod
@@ -113,6 +114,7 @@ class Remainder:
             offset=np.concatenate([linear.rest[masters], np.zeros(k), g @ linear.rest - of_gap]),
             rate=V[masters],
             directions=V.T @ push,
+            _unit=np.where(pairs.first == pairs.second, 1.0, 0.0),
             _tensors=_Tensors.of(pairs, alpha[masters], beta, D),
         )
 
@@ -174,10 +176,22 @@ class Remainder:
 
     def _over_mass(self, products: Array, right: Array) -> Array:
         """M^-1 times columns (s, k, c)."""
-        mass, k = self.pairs.matrices(products @ self._tensors.mass), len(self.rate)
-        if k == 1:
-            return np.asarray(right / (1 + mass))
-        return np.linalg.solve(np.eye(k) + mass, right)
+        return _solved(self.pairs.matrices(products @ self._tensors.mass + self._unit), right)
+
+
+def _solved(matrices: Array, right: Array) -> Array:
+    """Products of inverses of symmetric matrices (s, k, k) with columns (s, k, c)."""
+    k = matrices.shape[1]
+    if k == 1:
+        return np.asarray(right / matrices)
+    if k > 2:
+        return np.linalg.solve(matrices, right)
+    (first, mixed), (_, second) = matrices.transpose(1, 2, 0)[..., None]
+    turned = np.stack(
+        [second * right[:, 0] - mixed * right[:, 1], first * right[:, 1] - mixed * right[:, 0]],
+        axis=1,
+    )
+    return np.asarray(turned / (first * second - mixed**2)[:, None])
 
 
 def _by_two(D: Array, one: Array, other: Array, order: tuple[int, int, int, int]) -> Array:

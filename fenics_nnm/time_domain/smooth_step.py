@@ -155,18 +155,23 @@ class SmoothStep:
     def _carried(self, weights: Weights, changes: Array) -> Array:
         """Changes (2 J, c) of the state at the start, at a time of this step.
 
-        What is seen of them is y = h + A B y, with h of the oscillators without remainder, B the
-        slopes of the pushes: (3 k + P) s equations for all changes at once.
+        With B the slopes of the pushes, and h what is seen of the changes without pushes, these
+        change by u = B (h + A u): (P + k) s equations for all changes at once.
         """
         V, rule, directions = self.stage.linear.V, self.rule, self.stage.remainder.directions
         start = np.concatenate([V.T @ each for each in np.split(changes, 2)])
-        slopes, size = self.stage.remainder.slopes(self.seen), self.seen.size
+        slopes, size, columns = (
+            self.stage.remainder.slopes(self.seen),
+            self.pushes.size,
+            changes.shape[1],
+        )
         nodes, seen = self.seen.shape
-        by_node = rule.by_pushes.reshape(size, *self.pushes.shape).swapaxes(0, 1) @ slopes
-        matrix = np.eye(size) - by_node.swapaxes(0, 1).reshape(size, size)
-        found = np.linalg.solve(matrix, rule.by_start @ start)
-        pushes = slopes @ found.reshape(nodes, seen, changes.shape[1])
-        ends = weights.carried(start, directions, pushes)
+        free = (rule.by_start @ start).reshape(nodes, seen, columns)
+        matrix = np.eye(size) - (slopes @ rule.by_pushes.reshape(nodes, seen, size)).reshape(
+            size, size
+        )
+        pushes = np.linalg.solve(matrix, (slopes @ free).reshape(size, columns))
+        ends = weights.carried(start, directions, pushes.reshape(*self.pushes.shape, columns))
         return np.concatenate([V @ each for each in ends])
 
     def _weights(self, times: Array) -> Weights:

@@ -181,7 +181,14 @@ def test_walk_along_the_family_finds_what_newton_at_fixed_energy_does_not() -> N
     assert walked.converged
     assert walked.return_error < 1e-11
     assert abs(walked.energy_change) < 1e-11
-    assert "another motion" in shoot(flow, guess_from(balance.series, point)).failure  # 0.44 away
+    away = shoot(flow, guess_from(balance.series, point))  # by 0.44, and farther on the way
+    assert "the family leads away" in away.failure
+    nearest = shoot(
+        flow,
+        guess_from(balance.series, point),
+        options=Shooting(Steps(farthest=0.1), keep_energy=False),
+    )
+    assert "another motion: its state" in nearest.failure
 
 
 @pytest.mark.parametrize("reversible", [True, False])

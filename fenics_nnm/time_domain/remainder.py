@@ -184,7 +184,7 @@ def _solved(matrices: Array, right: Array) -> Array:
     k = matrices.shape[1]
     if k == 1:
         return np.asarray(right / matrices)
-    if k > 2:
+    if k != 2:
         return np.linalg.solve(matrices, right)
     (first, mixed), (_, second) = matrices.transpose(1, 2, 0)[..., None]
     turned = np.stack(

@@ -7,7 +7,7 @@ shortest Newton steps lead to a motion of the family, which thus may turn back i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -153,9 +153,9 @@ class Chord:
         self.budget.left -= 1
         place = left.place + share * (right.place - left.place)
         guess = _hermite(left, right, share)
-        found = periodic_motion(self.equations, guess, _STEPS, keep_energy=False)
-        farthest = _FAITHFUL * left.distance(right)
-        if found.failure or np.linalg.norm(found.unknowns - guess) > farthest:
+        near = replace(_STEPS, stray=_FAITHFUL * left.distance(right))
+        found = periodic_motion(self.equations, guess, near, keep_energy=False)
+        if found.failure:
             guess = self.first.unknowns + place * (self.last.unknowns - self.first.unknowns)
             found = periodic_motion(self.equations, guess, _STEPS, keep_energy=False)
         return None if found.failure else self._known(place, found)

@@ -36,6 +36,7 @@ class Steps:
             `tolerance`.
         farthest: A walk, or a motion, that is farther from the guess, relative in the energy norm,
             leads to, or is, another motion.
+        stray: Newton's iteration is given up where it is farther from its guess.
     """
 
     tolerance: float = 1e-13
@@ -50,6 +51,7 @@ class Steps:
     shortest_walk_step: float = 1e-4
     walk_tolerance: float = 1e-6
     farthest: float = 0.3
+    stray: float = float("inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +94,8 @@ def periodic_motion(
         if better is None:
             return _given_up(at, steps, keep_energy, "no step lowers the miss of {:.1e}")
         at = better
+        if np.linalg.norm(at.unknowns - unknowns) > steps.stray:
+            return replace(at, failure="the iteration strays from its guess")
     return _given_up(at, steps, keep_energy, "the miss is still {:.1e} after the last step allowed")
 
 

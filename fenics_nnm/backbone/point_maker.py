@@ -152,8 +152,7 @@ class PointMaker:
         twice = modal + np.sum((change @ model.R) * change, axis=1)
         twice += 2 * np.where(force == 0, open_by, 0.0) @ rest.force
         for each in self.equations.mechanics.forces:
-            stored = [each.energy_at(q[s], velocity[s]) for s in range(len(q))]
-            twice += 2 * np.array(stored)
+            twice += 2 * each.energy_at(q, velocity)
         return float(np.ptp(twice) / (series.weight @ twice))
 
     def _complementarity(self, solution: Solution) -> float:

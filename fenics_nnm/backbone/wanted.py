@@ -13,7 +13,7 @@ from fenics_nnm.backbone.point_maker import PointMaker
 from fenics_nnm.nonlinear.newton import Newton
 
 #: Newton's configuration, unless another one is given.
-NEWTON = Newton(iterations=25, wildest_leap=1e3)
+NEWTON = Newton(iterations=25, wildest_leap=1e3, crawls=4)
 
 #: A point belongs to the wanted ones if it misses their ends by this part at most.
 _SAME = 1e-9

@@ -73,8 +73,8 @@ class Force(Protocol):
     def tangent_at(self, q: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
         """Its derivatives by coordinates and velocities at states, each of shape (.., J, J)."""
 
-    def energy_at(self, q: Array, velocity: Array) -> float:
-        """The energy that it stores at a state."""
+    def energy_at(self, q: Array, velocity: Array) -> Array:
+        """The energy that it stores at states of shape (.., J), shape (..)."""
 
 
 class MasterForce(Force, Protocol):
@@ -155,9 +155,9 @@ class CubicSprings:
         by_q = (self.shapes.T * stiffness[..., None, :]) @ self.shapes
         return by_q, np.zeros_like(by_q)
 
-    def energy_at(self, q: Array, velocity: Array) -> float:
-        """Its potential at coordinates of shape (J,)."""
-        return float(self.cubic @ (self.shapes @ q) ** 4) / 4
+    def energy_at(self, q: Array, velocity: Array) -> Array:
+        """Its potential at coordinates of shape (.., J), shape (..)."""
+        return np.asarray((q @ self.shapes.T) ** 4 @ self.cubic / 4)
 
     def scaled(self, amplitude: float, energy: float) -> CubicSprings:
         """The same in units of coordinates (kg^1/2 m) and energy (J)."""

@@ -91,9 +91,9 @@ class PolynomialStiffness:
         by_q[:, own] += of_master
         return by_q.reshape(shape), np.zeros(shape)
 
-    def energy_at(self, q: Array, velocity: Array) -> float:
-        """Its potential at coordinates of shape (J,)."""
-        return float(self._potentials(q[None])[0])
+    def energy_at(self, q: Array, velocity: Array) -> Array:
+        """Its potential at coordinates of shape (.., J), shape (..)."""
+        return self._potentials(q.reshape(-1, q.shape[-1])).reshape(q.shape[:-1])
 
     def _values(self, q: Array) -> Array:
         """Forces of states, both of shape (s, J)."""
@@ -198,9 +198,11 @@ class InertialForce:
             found.append(whole)
         return found[0], found[1]
 
-    def energy_at(self, q: Array, velocity: Array) -> float:
-        """Kinetic energy of the second-order displacement."""
-        return float(self._energies(q[None, self.masters], velocity[None, self.masters])[0])
+    def energy_at(self, q: Array, velocity: Array) -> Array:
+        """Kinetic energy of the second-order displacement at states of shape (.., J)."""
+        k = len(self.masters)
+        own, rate = (each[..., self.masters].reshape(-1, k) for each in (q, velocity))
+        return self._energies(own, rate).reshape(q.shape[:-1])
 
     def _states(self, motion: SampledMotion) -> tuple[Array, Array, Array]:
         """Displacement, velocity and acceleration of the masters at the samples, each (s, k)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,7 @@ class Newton:
         leaps: Full steps that may be taken where the line search stalls: the equations are only
             piecewise smooth, and a kink can hide the way down.
         wildest_leap: A full step to a residual above this ends it.
+        crawls: So many parts of steps below 1/32 on end count as a stall; 0 for any number.
     """
 
     tolerance: float = 1e-10
@@ -40,6 +41,11 @@ class Newton:
     round_off: float = 1e-8
     leaps: int = 5
     wildest_leap: float = float("inf")
+    crawls: int = 0
+
+
+#: A shorter part of a step crawls.
+_CRAWL = 1 / 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +55,7 @@ class _Trial:
     residual: Array
     violations: Array
     relative: float
+    crawled: int = 0
 
     @property
     def merit(self) -> float:
@@ -152,11 +159,12 @@ class _Iteration:
                 failure = "the Jacobian is singular: a bifurcation or a fold in gamma"
                 break
             better = self.line_search(trial, step)
+            stalled = better is None or self.crawls(better)
             if better is None and trial.merit <= self.options.round_off:
                 break
-            if better is None and leaps < self.options.leaps:
+            if stalled and leaps < self.options.leaps:
                 leaps += 1
-                better = self.leap(trial, step)
+                better = self.leap(trial, step) or better
             if better is None:
                 failure = "the line search stalled"
                 break
@@ -204,6 +212,11 @@ class _Iteration:
         )
         return solved.times(-shrink)
 
+    def crawls(self, better: _Trial) -> bool:
+        """Whether steps have become too short to get anywhere, short of the end."""
+        enough = 0 < self.options.crawls <= better.crawled
+        return enough and better.merit > self.options.round_off
+
     def leap(self, trial: _Trial, step: Unknowns) -> _Trial | None:
         """A full step, or None where it leads far astray."""
         leapt = self.evaluated(trial.at.moved(step, 1.0), trial.forces)
@@ -215,6 +228,7 @@ class _Iteration:
         while fraction >= self.options.shortest_fraction:
             candidate = self.evaluated(trial.at.moved(step, fraction), trial.forces)
             if candidate.merit < (1 - 1e-4 * fraction) * trial.merit:
-                return candidate
+                crawled = trial.crawled + 1 if fraction < _CRAWL else 0
+                return replace(candidate, crawled=crawled)
             fraction /= 2
         return None

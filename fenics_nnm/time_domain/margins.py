@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from fenics_nnm.arrays import Array, Indices, Mask
 
 Exact = Callable[[int, float], tuple[float, float]]
 """From a contact point and a time to its margin and the rate of that."""
+
+#: A number, or numbers at many places.
+Value = TypeVar("Value", Array, float)
 
 #: Parts of an interval at which a cubic through margins and rates is looked at.
 _INSIDE = np.linspace(0.0, 1.0, 17)[1:-1]
@@ -92,8 +96,8 @@ class Margins:
 
 
 def _cubic(
-    t: Array | float, before: Array, after: Array, falls: Array, rises: Array
-) -> tuple[Array, Array]:
+    t: Value, before: Value, after: Value, falls: Value, rises: Value
+) -> tuple[Value, Value]:
     """A cubic in t = 0 .. 1 with values and slopes at both ends, and its slope.
 
     Args:
@@ -110,11 +114,9 @@ def _cubic(
 
 def _cubic_root(before: float, after: float, falls: float, rises: float) -> float:
     """Where the cubic changes sign, from positive to not positive, to a few digits."""
-    ends = np.array([before, after, falls, rises])
 
     def function(t: float) -> tuple[float, float | None]:
-        value, slope = _cubic(t, *ends)
-        return float(value), float(slope)
+        return _cubic(t, before, after, falls, rises)
 
     return _root(function, 0.0, 1.0, _ROUGH * before)
 

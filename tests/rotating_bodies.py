@@ -29,6 +29,7 @@ from fenics_nnm.fem.gyroscopic import coriolis_frequencies
 from fenics_nnm.fem.linear import operators_of
 from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.state_stress import state_stress_at
 from fenics_nnm.fem.system import FreeSystem
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.mesh_structure import MeshStructure
@@ -167,6 +168,51 @@ def annular_disc(folder: Path) -> None:
         say(f"| {rings} | {row} |")
     say("| closed form | 131.677 | 269.143 |\n")
     assert all(abs(found[16, name] / exact[name] - 1) < 1e-4 for name in exact)
+
+
+def warm_disc(folder: Path) -> None:
+    """A free annular disc whose temperature is that of a table, 100 K times (r / b)^2.
+
+    Timoshenko and Goodier, Theory of Elasticity, 3rd ed. 1970, section 150: with
+    I = int_a^b T r dr the rim grows by 2 alpha b I / (b^2 - a^2), and the stress along the hole is
+    alpha E (2 I / (b^2 - a^2) - T(a)).
+    """
+    a, b, alpha, E, hot = 0.1, 0.3, 1e-7, 2.1e11, 100.0
+    r, angle = np.meshgrid(np.linspace(a, b, 81), np.linspace(0, np.pi / 2, 81))
+    x, y, T = (r * np.cos(angle)).ravel(), (r * np.sin(angle)).ravel(), hot * (r.ravel() / b) ** 2
+    table = folder / "warm.csv"
+    table.write_text(
+        "x_m,y_m,T_C\n"
+        + "".join(
+            f"{p!r},{q!r},{20 + t!r}\n"
+            for p, q, t in zip(x.tolist(), y.tolist(), T.tolist(), strict=True)
+        )
+    )
+    whole = hot * (b**4 - a**4) / (4 * b**2) / (b**2 - a**2)
+    exact = (2 * alpha * b * whole, alpha * E * (2 * whole - hot * a**2 / b**2))
+    begin("docs: warm_disc", "rings of elements", "growth of the rim (um)", "hole (MPa)")
+    for rings in (4, 8, 16):
+        quarter_annulus(folder / f"disc{rings}.msh", rings)
+        values = {
+            "mesh": {"file": str(folder / f"disc{rings}.msh"), "length_unit": "m"},
+            "body": {"theory": "plane-stress", "thickness": 0.01},
+            "material": {"young": E, "poisson": 0.3, "density": 7850.0, "expansion": alpha},
+            "clamp": [
+                {"facets": "below", "directions": ["y"]},
+                {"facets": "beside", "directions": ["x"]},
+            ],
+            "contact": {"facets": "outer", "direction": [1.0, 1.0], "gap": 1.0},
+            "load": {"temperature_field": {"shape": "table", "file": str(table)}},
+        }
+        solid, _ = body(values, {"axis": "z", "speed": 0.0})
+        (u,) = displacement_at(solid, np.array([[b, 0.0]]))
+        stress = state_stress_at(solid, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]))
+        found = (float(u[0]), float(stress[:, :, :2].max()))
+        grown, pulled = (f / e - 1 for f, e in zip(found, exact, strict=True))
+        rim, hole = f"{1e6 * found[0]:.4f} ({grown:+.1e})", f"{found[1] / 1e6:.4f} ({pulled:+.1e})"
+        say(f"| {rings} | {rim} | {hole} |")
+    say(f"| closed form | {1e6 * exact[0]:.4f} | {exact[1] / 1e6:.4f} |\n")
+    assert abs(grown) < 1e-4 and abs(pulled) < 1e-2
 
 
 # Cantilevers.
@@ -317,6 +363,7 @@ def rotor37() -> None:
 def studies(folder: Path) -> Iterator[Any]:
     """All studies, by their names."""
     yield "disc", lambda: annular_disc(folder)
+    yield "warm_disc", lambda: warm_disc(folder)
     yield "flap", flapping
     yield "lag", lagging
     yield "twisted", lambda: twisted_blade(folder)

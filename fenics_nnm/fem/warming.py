@@ -76,7 +76,7 @@ class WarmingField:
     """From place to place.
 
     Attributes:
-        field: In K, of one degree less than the displacement, as its strains are.
+        field: In K, by its values at the nodes of the displacement.
         span: Smallest and largest value in K.
         origin: What it is given by, in words.
     """
@@ -102,11 +102,9 @@ class WarmingField:
 
     def at_nodes(self, space: fem.FunctionSpace) -> Array:
         """As `Warming`."""
-        scalar = fem.functionspace(space.mesh, ("Lagrange", space.ufl_element().degree))
-        values = fem.Function(scalar)
-        values.interpolate(self.field)
-        nodes = np.empty(len(values.x.array))
-        nodes[space.dofmap.list.ravel()] = values.x.array[scalar.dofmap.list.ravel()]
+        own, values = self.field.function_space.dofmap.list, self.field.x.array
+        nodes = np.empty(len(values))
+        nodes[space.dofmap.list.ravel()] = values[own.ravel()]
         return nodes[: space.dofmap.index_map.size_local]
 
 
@@ -117,10 +115,10 @@ def scalar_field(
 
     Args:
         mesh: Mesh.
-        degree: Degree of the displacement; the field has one less, and is continuous.
+        degree: Degree of the field.
         values: Values at the nodes of this rank, from their places (m, 3) in m.
     """
-    space = fem.functionspace(mesh, ("Lagrange", max(1, degree - 1)))
+    space = fem.functionspace(mesh, ("Lagrange", degree))
     field = fem.Function(space)
     owned = space.dofmap.index_map.size_local
     found = values(space.tabulate_dof_coordinates()[:owned])

@@ -87,6 +87,7 @@ def _arrays() -> bytes:
     text = io.BytesIO()
     stiffness = 1e5 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
     arrays: dict[str, Any] = {"K": stiffness, "M": np.eye(n), "B": np.eye(n)[2:], "S": np.eye(n)}
+    arrays["G"] = np.eye(n, k=1) - np.eye(n, k=-1)
     np.savez(text, **arrays, K2=third, K3=fourth, B2=rows)
     return text.getvalue()
 
@@ -99,6 +100,8 @@ BENT: dict[str, Any] = {
         "speed": 10.0,
         "masters": [1],
         "speed_stiffness": "S",
+        "gyroscopic": "G",
+        "coriolis": False,
         "quadratic_stiffness": "K2",
         "cubic_stiffness": "K3",
         "quadratic_rows": "B2",

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from dolfinx.fem import form
 from dolfinx.fem.petsc import assemble_matrix
-from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.attachments import add_at_vertex, spread_form
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.loads import Rotation
 from fenics_nnm.fem.solid import Solid, inertia_form
-from fenics_nnm.reduction.attached import enriched
-from fenics_nnm.reduction.gyroscopic import gyroscopic_frequencies
+from fenics_nnm.reduction.gyroscopic import coriolis_frequencies as frequencies_with
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.operators import Operators
 
@@ -38,28 +38,26 @@ def coriolis_forces(solid: Solid, rotation: Rotation, shapes: Array) -> Array:
 
 
 def coriolis_frequencies(
-    solid: Solid, rotation: Rotation, modes: LinearModes, operators: Operators
+    solid: Solid,
+    rotation: Rotation,
+    modes: LinearModes,
+    operators: Operators,
+    count: int | None = None,
 ) -> Array:
-    """Circular frequencies with Coriolis forces in rad/s, one for each mode; on all ranks.
-
-    The modes alone bring the motion along the span that these forces of a bending blade excite
-    slowly, so that their static displacements under the forces are added to them.
+    """Circular frequencies with Coriolis forces in rad/s; on all ranks.
 
     Args:
         solid: Assembled body.
         rotation: Rotation.
         modes: Modes without Coriolis forces.
         operators: Products of the body.
+        count: As `reduction.gyroscopic.coriolis_frequencies`.
 
     Raises:
         ModelError: if a shape that is added moves no mass.
     """
-    forces = coriolis_forces(solid, rotation, modes.shapes)
-    if not solid.tagged.mesh.comm.allreduce(bool(forces.any()), op=MPI.LOR):
-        return modes.omega
-    whole = enriched(modes.omega, modes.shapes, forces, operators)
-    G = operators.inner(whole.shapes, coriolis_forces(solid, rotation, whole.shapes))
-    return gyroscopic_frequencies(whole.omega, (G - G.T) / 2)[: len(modes.omega)]
+    forces = partial(coriolis_forces, solid, rotation)
+    return frequencies_with(modes, forces, operators, count)
 
 
 def inertia_of_free_body(solid: Solid, columns: Array) -> Array:

@@ -7,8 +7,8 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.reduction.clusters import groups
+from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.frequencies import Frequencies, frequencies_of
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import Study
 
@@ -40,7 +40,7 @@ def describe(prepared: Prepared) -> str:
         f"largest motion   {largest} {when}",
         *linear.groups(),
         "",
-        *_table(prepared, frequencies_of(linear.body) if linear.body else Frequencies()),
+        *_table(prepared, linear.frequencies()),
     ]
     lines += _of_equal_frequency(linear.modes.omega)
     below = linear.modes.checked_below
@@ -77,7 +77,7 @@ def _coriolis(prepared: Prepared, others: Frequencies) -> list[str]:
     if not len(others.gyroscopic) or prepared.linear.model.at_rest().closed.any():
         return []
     own = prepared.linear.modes.frequencies
-    change = np.abs(others.gyroscopic / own - 1)
+    change = np.abs(others.gyroscopic[: len(own)] / own - 1)
     mode = prepared.mode
     return [
         "",

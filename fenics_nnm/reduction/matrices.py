@@ -30,27 +30,34 @@ class Matrices:
         B: Rows that give the displacement of each contact point towards its obstacle,
             shape (n_c, n).
         gap: Gaps in m, shape (n_c,); one number stands for all rows.
+        G: Coriolis forces per unit rate in kg/s, but for their sign: M u'' + G u' + K u = 0; skew,
+            shape (n, n). None, given, stands for zero.
 
     Raises:
         ModelError: if shapes disagree, values are not finite real numbers, K or M is not
-            symmetric or has a diagonal that cannot be, two contact rows are multiples of each
-            other, or a gap is not finite.
+            symmetric or has a diagonal that cannot be, G is not skew, two contact rows are
+            multiples of each other, or a gap is not finite.
     """
 
     K: Any
     M: Any
     B: Any
     gap: Any
+    G: Any = None
 
     def __post_init__(self) -> None:
+        if self.G is None:
+            object.__setattr__(self, "G", sparse.csc_matrix(self.K.shape))
         for field, name, form in (
             ("K", "stiffness K", sparse.csc_matrix),
             ("M", "mass M", sparse.csc_matrix),
             ("B", "contact rows B", sparse.csr_matrix),
+            ("G", "gyroscopic G", sparse.csc_matrix),
         ):
             object.__setattr__(self, field, _checked(getattr(self, field), name, form))
         _check_square(self.K, "stiffness K", self.K.shape[0])
         _check_square(self.M, "mass M", self.size)
+        _check_skew(self.G, self.size)
         _check_diagonals(self.K, self.M)
         _check_rows(self.B, self.size)
         object.__setattr__(self, "gap", _gaps(self.gap, self.points))
@@ -110,6 +117,17 @@ def _check_square(matrix: Any, name: str, size: int) -> None:
         raise ModelError(
             f"{name} is not symmetric: entries differ from their mirror images by up to "
             f"{difference:.3g}; a file of one triangle must be completed"
+        )
+
+
+def _check_skew(G: Any, size: int) -> None:
+    if G.shape != (size, size):
+        raise ModelError(f"gyroscopic G has shape {G.shape}: must be {(size, size)}")
+    difference = abs(G + G.T).max()
+    if difference > _ASYMMETRY * abs(G).max():
+        raise ModelError(
+            f"gyroscopic G is not skew: entries differ from minus their mirror images by up to "
+            f"{difference:.3g}: must be G^T = -G; damping belongs to [damping]"
         )
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.attached import AttachedPoints
 from fenics_nnm.reduction.craig_bampton import craig_bampton_reduction
@@ -28,11 +29,14 @@ class MatrixAnalysis:
         matrices: Stiffness, mass, contact rows and gaps.
         modes: Linear modes.
         reduction: Reduced model, and the way back in the order of the unknowns of the matrices.
+        coriolis: Circular frequencies of the modes with Coriolis forces in rad/s, shape (J,); empty
+            without such forces.
     """
 
     matrices: Matrices
     modes: LinearModes
     reduction: Reduction
+    coriolis: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def model(self) -> ReducedModel:
@@ -87,4 +91,4 @@ def matrix_analysis(
             basis = np.hstack([attachments, solver.held_modes(attachments, modes)])
             reduction = craig_bampton_reduction(basis, matrices.gap, operators)
         reduction = bent(reduction, operators)
-    return MatrixAnalysis(matrices, free, reduction)
+    return MatrixAnalysis(matrices, free, reduction, solver.coriolis(free))

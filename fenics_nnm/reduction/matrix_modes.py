@@ -11,6 +11,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ConvergenceError, ModelError
+from fenics_nnm.reduction.gyroscopic import coriolis_frequencies
 from fenics_nnm.reduction.linear_modes import LinearModes, counted, counting_shift
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.operators import Operators
@@ -92,6 +93,17 @@ class MatrixSolver:
             contact=matrices.contact_displacement,
             inner=lambda left, right: np.asarray(left.T @ right),
         )
+
+    def coriolis(self, modes: LinearModes) -> Array:
+        """Circular frequencies with Coriolis forces in rad/s, shape (J,); empty without any.
+
+        Raises:
+            ModelError: if their static displacements move no mass.
+        """
+        G = self._matrices.G
+        if not G.nnz:
+            return np.empty(0)
+        return coriolis_frequencies(modes, lambda shapes: np.asarray(G @ shapes), self.operators())
 
     def held_modes(self, attachments: Array, count: int) -> Array:
         """The lowest modes with the contact points held, B u = 0, shape (n, count).

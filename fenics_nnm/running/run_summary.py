@@ -21,9 +21,11 @@ from fenics_nnm.backbone.point_numbers import return_error
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.running.auto_report import summary_of
+from fenics_nnm.structure.coriolis import coriolis_words
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.kinematics_lines import kinematics_words
 from fenics_nnm.structure.prepared import Prepared
+from fenics_nnm.structure.structure import Linear
 from fenics_nnm.time_domain.bifurcations import Bifurcation
 
 
@@ -67,6 +69,7 @@ def run_summary(
         "samples": study.resolution.samples,
         "linear_frequencies_Hz": [float(f) for f in prepared.linear_frequencies],
         **({"kinematics": words} if (words := kinematics_words(linear.reduction)) else {}),
+        **_coriolis(linear, first),
         **_at_rest(rest, first),
         **_at_one(rest, first),
         "no_mode_missed_below_Hz": linear.modes.checked_below / (2 * np.pi) or None,
@@ -93,6 +96,12 @@ def run_summary(
         "inputs_sha256": dict(inputs),
         "versions": versions(),
     }
+
+
+def _coriolis(linear: Linear, mode: int) -> dict[str, str]:
+    """What Coriolis forces would change; nothing where there are none."""
+    words = coriolis_words(linear.coriolis, linear.modes, mode)
+    return {"coriolis": words} if words else {}
 
 
 def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:

@@ -1,30 +1,16 @@
-"""Frequencies of a structure besides those of its modes: at rest, and with Coriolis forces."""
+"""Frequencies of a body besides those of its modes: at rest, and with Coriolis forces."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
 from fenics_nnm.fem.gyroscopic import coriolis_frequencies
 from fenics_nnm.fem.linear import LinearAnalysis, operators_of
 from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.system import FreeSystem
-
-
-@dataclass(frozen=True, slots=True)
-class Frequencies:
-    """Frequencies in Hz, ascending; none where nothing loads the structure.
-
-    Attributes:
-        unloaded: Without steady loads, shape (J,).
-        gyroscopic: About the static state with Coriolis forces, shape (J,);
-            empty without speed.
-    """
-
-    unloaded: Array = field(default_factory=lambda: np.empty(0))
-    gyroscopic: Array = field(default_factory=lambda: np.empty(0))
+from fenics_nnm.structure.coriolis import Frequencies
 
 
 def frequencies_of(analysis: LinearAnalysis) -> Frequencies:

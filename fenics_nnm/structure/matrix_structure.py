@@ -36,6 +36,7 @@ from fenics_nnm.reduction.modal_derivatives import (
 from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.driven_linear import DrivenMatrices
 from fenics_nnm.structure.driven_matrices import driven_places, unit_rows
 from fenics_nnm.structure.first_contact import FirstContact
@@ -86,7 +87,7 @@ class MatrixStructure:
         """
         with stages.stage("matrices"):
             K, M, B = (read_matrix(path, name) for path, name in self.study.matrices.places)
-            return Matrices(self._at_speed(K), M, B, gap_at_speed(self.study))
+            return Matrices(self._at_speed(K), M, B, gap_at_speed(self.study), self._gyroscopic())
 
     def _at_speed(self, K: Any) -> Any:
         """Stiffness at the speed of the study.
@@ -102,6 +103,13 @@ class MatrixStructure:
             raise ModelError(f"speed stiffness has shape {added.shape}: must be {K.shape}")
         speed = self.study.matrices.speed or 0.0
         return sparse.csc_matrix(K) + speed**2 * sparse.csc_matrix(added)
+
+    def _gyroscopic(self) -> Any:
+        """Coriolis forces per unit rate at the speed of the study; None without any."""
+        place = self.study.matrices.further.get("gyroscopic")
+        if place is None:
+            return None
+        return sparse.csc_matrix(read_matrix(*place)) * (self.study.matrices.speed or 0.0)
 
     def _terms(self, matrices: Matrices) -> MatrixTerms:
         """What is not linear of the structure."""
@@ -152,7 +160,7 @@ class MatrixStructure:
             bent=self._bent(matrices),
             stages=stages,
         )
-        return MatrixLinear(found.matrices, found.modes, found.reduction)
+        return MatrixLinear(found.matrices, found.modes, found.reduction, found.coriolis)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +188,10 @@ class MatrixLinear(MatrixAnalysis):
         energy = float(rest.omega[mode] * rest.amplitude(mode)) ** 2 / 2
         place = f"contact row {rest.first(mode) + 1}"
         return FirstContact(self.model.points, self.model.points, energy, energy, place)
+
+    def frequencies(self) -> Frequencies:
+        """As `Linear.frequencies`: matrices are those at speed, which have none unloaded."""
+        return Frequencies(gyroscopic=self.coriolis / (2 * np.pi))
 
     def flexibility(self, harmonics: int) -> None:
         """Nothing: full order is refused by the study."""

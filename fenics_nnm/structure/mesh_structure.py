@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -18,12 +18,14 @@ from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
 from fenics_nnm.fem.deflection import BodyForces
 from fenics_nnm.fem.driven import Others, driven
 from fenics_nnm.fem.gathering import gathered_basis, gathering
+from fenics_nnm.fem.gyroscopic import coriolis_frequencies
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.kept_mesh import StoredMesh
 from fenics_nnm.fem.linear import (
     LinearAnalysis,
     craig_bampton_reduced,
     massless_reduced,
+    operators_of,
 )
 from fenics_nnm.fem.memory import memory_of_rank
 from fenics_nnm.fem.modal_solver import ModalSolver, modal_solver
@@ -38,9 +40,11 @@ from fenics_nnm.structure.bending import Bending
 from fenics_nnm.structure.body import body_of, dashpots_of, excitations_of, monitors_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
+from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.driven_linear import DrivenBody
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
+from fenics_nnm.structure.frequencies import frequencies_of
 from fenics_nnm.structure.group_table import facet_counts, group_table
 from fenics_nnm.structure.kinematics import (
     Reached,
@@ -72,6 +76,9 @@ from fenics_nnm.structure.rigid_facets import rigid_lines
 from fenics_nnm.structure.sanity import mesh_warnings
 from fenics_nnm.structure.structure import Outline
 from fenics_nnm.study import MeshStudy
+
+#: Coriolis forces of so many of the lowest modes are dealt with, and of all up to the followed one.
+_COUPLED = 6
 
 #: Where points are pressed at rest, contact points are chosen anew at most so many times.
 _MORE_CHOICES = 4
@@ -190,12 +197,15 @@ class MeshLinear(LinearAnalysis):
         choices: Which of them are contact points.
         bending: Reduced models with one kind of kinematics and the other.
         forces: Derivatives of the internal force of the body.
+        coriolis: Circular frequencies of the lowest modes, the followed one among them, with
+            Coriolis forces in rad/s; empty without speed.
     """
 
     sites: ContactSites
     choices: Choices
     bending: Bending
     forces: BodyForces
+    coriolis: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def body(self) -> LinearAnalysis:
@@ -210,7 +220,8 @@ class MeshLinear(LinearAnalysis):
         """As `Linear.with_contact`; second order depends on gaps, mode and energies."""
         patches = contact_patches(study.contact, self.solid.tagged)
         new = Assembled(study, self.solid, contact_sites(self.solid, patches))
-        if not _same_rows(new.sites, self.sites):
+        unknown = new.mode >= len(self.coriolis) > 0
+        if unknown or not _same_rows(new.sites, self.sites):
             return None
         even = evenly_spread(new.sites)
         choices = chosen_by_mode(even, new.sites, self.modes, new.mode)
@@ -242,6 +253,10 @@ class MeshLinear(LinearAnalysis):
             over_all=(omega * over_all) ** 2 / 2,
             place=_contact_name(self.interface, rest.first(mode)),
         )
+
+    def frequencies(self) -> Frequencies:
+        """As `Linear.frequencies`."""
+        return frequencies_of(self)
 
     def flexibility(self, harmonics: int) -> HarmonicSolver:
         """As `Linear.flexibility`.
@@ -332,9 +347,20 @@ def _reduced(
     with stages.stage("modes"):
         modes = solver.modes(count).unique(sites.displacement)
         choices = chosen_by_mode(even, sites, modes, mode)
+        coupled = _with_coriolis(assembled, modes, solver)
     forces = BodyForces(assembled.solid)
     reduced = partial(_reduced_at, assembled, forces, solver, modes, count, stages)
-    return _settled(reduced, choices, mode)
+    return replace(_settled(reduced, choices, mode), coriolis=coupled)
+
+
+def _with_coriolis(assembled: Assembled, modes: LinearModes, solver: ModalSolver) -> Array:
+    """Circular frequencies of the lowest modes with Coriolis forces in rad/s; none at rest."""
+    solid = assembled.solid
+    if solid.state is None or solid.state.loads.rotation is None or not solid.state.loads.speed:
+        return np.empty(0)
+    operators = operators_of(solid, assembled.interface(evenly_spread(assembled.sites)), solver)
+    count = min(max(_COUPLED, assembled.mode + 1), len(modes.omega))
+    return coriolis_frequencies(solid, solid.state.loads.rotation, modes, operators, count)
 
 
 def _reduced_at(

@@ -28,7 +28,7 @@ def assert_without_coriolis(study: Study) -> None:
     """
     if study.coriolis:
         raise StudyError(
-            "rotation.coriolis = true: Coriolis forces are part of the linear modes alone "
+            f"{study.coriolis} = true: Coriolis forces are part of the linear modes alone "
             "(fenics-nnm check, fenics-nnm campbell): a nonlinear mode or a response needs false"
         )
 

@@ -53,10 +53,13 @@ def _modes(study: MatrixStudy, count: int) -> SpinModes:
         ModelError: if there are none.
     """
     matrices = MatrixStructure(study).matrices_at_speed(Stages())
-    found = MatrixSolver(matrices).modes(min(count, matrices.massive))
+    solver = MatrixSolver(matrices)
+    found = solver.modes(min(count, matrices.massive))
+    coupled = solver.coriolis(found) / (2 * np.pi) if study.coriolis else np.empty(0)
     momenta, gap = matrices.M @ found.shapes, float(matrices.gap.min())
     speed = float(study.speed)
-    return SpinModes(speed, found.frequencies, found.shapes, np.asarray(momenta), gap)
+    frequencies = coupled if len(coupled) else found.frequencies
+    return SpinModes(speed, frequencies, found.shapes, np.asarray(momenta), gap)
 
 
 def _analyse(

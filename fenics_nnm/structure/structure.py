@@ -19,6 +19,7 @@ from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.study.casing import AnyCasing
@@ -81,7 +82,21 @@ class Moving(Protocol):
         """Largest displacement, with its unit, of coordinates in kg^1/2 m and forces in N."""
 
 
-class Linear(Moving, Protocol):
+class Turning(Protocol):
+    """What loads and speed change of the frequencies of a structure."""
+
+    @property
+    def coriolis(self) -> Array:
+        """Circular frequencies of the lowest modes with Coriolis forces, which it leaves out.
+
+        In rad/s, that of the mode of its study among them; empty without speed.
+        """
+
+    def frequencies(self) -> Frequencies:
+        """Frequencies besides those of the modes: unloaded, and with Coriolis forces."""
+
+
+class Linear(Moving, Turning, Protocol):
     """All that is linear of a structure; methods are to be called on all ranks."""
 
     @property

@@ -219,9 +219,9 @@ class SprungStudy(AnyStudy):
         return False
 
     @property
-    def coriolis(self) -> bool:
-        """Whether Coriolis forces belong to the linear modes; without rotation there are none."""
-        return False
+    def coriolis(self) -> str:
+        """Key that has Coriolis forces belong to the linear modes, empty where they do not."""
+        return ""
 
     @property
     def driven_sections(self) -> tuple[str, ...]:

@@ -16,12 +16,26 @@ Place = tuple[Path, str | None]
 """A file, and the name of a matrix in it where it may hold several."""
 
 #: Keys of arrays that a structure may have besides stiffness, mass and contact rows.
-_FURTHER = ("speed_stiffness", "quadratic_stiffness", "cubic_stiffness", "quadratic_rows")
+_FURTHER = (
+    "speed_stiffness",
+    "gyroscopic",
+    "quadratic_stiffness",
+    "cubic_stiffness",
+    "quadratic_rows",
+)
+
+#: Those of them that are not linear.
+_BENDING = ("quadratic_stiffness", "cubic_stiffness", "quadratic_rows")
 
 
 class _AnyMatrices(Record):
     speed: Finite | None = Field(
-        None, description="speed of rotation in rad/s, for speed_stiffness and contact.gap_growth"
+        None,
+        description="speed of rotation in rad/s, for speed_stiffness, gyroscopic and "
+        "contact.gap_growth",
+    )
+    coriolis: bool = Field(
+        False, description="whether Coriolis forces belong to the linear modes: true or false"
     )
     masters: Annotated[tuple[Count, ...], FromList] | None = Field(
         None,
@@ -32,7 +46,7 @@ class _AnyMatrices(Record):
     @property
     def bends(self) -> bool:
         """Whether there are terms that are not linear."""
-        return any(name in self.further for name in _FURTHER[1:])
+        return any(name in self.further for name in _BENDING)
 
     @property
     def further(self) -> dict[str, Place]:
@@ -41,8 +55,13 @@ class _AnyMatrices(Record):
 
     @model_validator(mode="after")
     def _speed_is_given(self) -> _AnyMatrices:
-        if self.speed is None and "speed_stiffness" in self.further:
-            raise ValueError("speed: is missing (speed of rotation in rad/s, for speed_stiffness)")
+        needing = [key for key in ("speed_stiffness", "gyroscopic") if key in self.further]
+        if self.speed is None and needing:
+            raise ValueError(f"speed: is missing (speed of rotation in rad/s, for {needing[0]})")
+        if self.coriolis and "gyroscopic" not in self.further:
+            raise ValueError("coriolis = true: has no effect without gyroscopic: must be false")
+        if self.coriolis and not self.speed:
+            raise ValueError("coriolis = true: has no effect without speed: must be false")
         return self
 
     @model_validator(mode="after")
@@ -70,6 +89,9 @@ class MatrixArchive(_AnyMatrices):
     contact_rows: Name = Field("B", description="name of the contact rows in the file")
     speed_stiffness: Name | None = Field(
         None, description="name of what the square of the speed adds to the stiffness"
+    )
+    gyroscopic: Name | None = Field(
+        None, description="name of the Coriolis forces per unit speed and rate"
     )
     quadratic_stiffness: Name | None = Field(None, description="name of the quadratic stiffness")
     cubic_stiffness: Name | None = Field(None, description="name of the cubic stiffness")
@@ -106,6 +128,9 @@ class MatrixFiles(_AnyMatrices):
     contact_rows: MatrixFile = Field(description="a .mtx, .npy, .npz or .mat file")
     speed_stiffness: MatrixFile | None = Field(
         None, description="what the square of the speed adds to the stiffness, a file like these"
+    )
+    gyroscopic: MatrixFile | None = Field(
+        None, description="Coriolis forces per unit speed and rate, a file like these"
     )
     quadratic_stiffness: MatrixFile | None = Field(None, description="a .npy, .npz or .mat file")
     cubic_stiffness: MatrixFile | None = Field(None, description="a .npy, .npz or .mat file")

@@ -78,4 +78,7 @@ def _picking(values: dict[str, Any]) -> list[dict[str, Any]]:
 def _matrix_files(matrices: Any) -> tuple[str, ...]:
     """Keys of the section of matrices that name files: the others are names in a file."""
     in_one = isinstance(matrices, dict) and "file" in matrices
-    return ("file",) if in_one else ("stiffness", "mass", "contact_rows")
+    if in_one:
+        return ("file",)
+    further = ("speed_stiffness", "gyroscopic", "quadratic_stiffness", "cubic_stiffness")
+    return ("stiffness", "mass", "contact_rows", *further, "quadratic_rows")

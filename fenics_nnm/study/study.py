@@ -93,9 +93,9 @@ class MeshStudy(SprungStudy):
         return self.rotation is not None
 
     @property
-    def coriolis(self) -> bool:
-        """Whether Coriolis forces belong to the linear modes."""
-        return self.rotation is not None and self.rotation.coriolis
+    def coriolis(self) -> str:
+        """Key that has Coriolis forces belong to the linear modes, empty where they do not."""
+        return "rotation.coriolis" if self.rotation and self.rotation.coriolis else ""
 
     @property
     def speed(self) -> float:
@@ -229,6 +229,11 @@ class MatrixStudy(SprungStudy):
     def speed(self) -> float:
         """Speed of rotation in rad/s."""
         return self.matrices.speed or 0.0
+
+    @property
+    def coriolis(self) -> str:
+        """Key that has Coriolis forces belong to the linear modes, empty where they do not."""
+        return "matrices.coriolis" if self.matrices.coriolis else ""
 
     @property
     def bends(self) -> bool:

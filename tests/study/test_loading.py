@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 from conftest import BEAM, PLATE, ROD, Ended, changed
 from loaded_studies import CASED, FILES, LOADED, RIGID
+from mpi4py import MPI
 
 from fenics_nnm.errors import StudyError
+from fenics_nnm.structure.analysis import linear_analysis
+from fenics_nnm.structure.coriolis import coriolis_change
 from fenics_nnm.study import MeshStudy, study_from
 
 StudyFile = Callable[..., Path]
@@ -191,3 +194,14 @@ def test_coriolis_forces_are_no_part_of_nonlinear_modes(
     assert "with Coriolis (Hz)" in shown.out and "unloaded (Hz)" in shown.out
     assert "rotation         300 rad/s" in shown.out
     assert "static state     largest displacement" in shown.out
+
+
+def test_what_coriolis_forces_change_is_known_of_the_model() -> None:
+    """By the factors of the model itself, as of all modes by those of another factorisation."""
+    study = study_from(changed(PLATE, {"rotation": {"axis": "z", "speed": 300.0}}), Path("s.toml"))
+    linear = linear_analysis(study, MPI.COMM_SELF)
+    coupled = linear.frequencies().gyroscopic / linear.modes.frequencies - 1
+    assert abs(coupled[0]) > 1e-6
+    assert [
+        coriolis_change(linear.coriolis, linear.modes, mode) for mode in (0, 1)
+    ] == pytest.approx(coupled, rel=1e-5)

@@ -112,20 +112,32 @@ def _structure(results: Results) -> str:
     study, sizes = study_of(results), results.summary
     dofs = f" with {sizes['dofs']:,} degrees of freedom" if "dofs" in sizes else ""
     if "matrices" in study:
-        return f"The structure is given by the stiffness and mass matrices of another code{dofs}."
+        return (
+            f"The structure is given by the stiffness and mass matrices of another code{dofs}."
+            f"{_coriolis(sizes)}"
+        )
     mesh, theory = study.get("mesh", {}), study.get("body", {}).get("theory", "")
     source = (
         f"the mesh file {mesh['file']}" if "file" in mesh else f"the built-in {mesh.get('model')}"
     )
     loaded = " It moves about its static state under steady loads." if _loaded(study) else ""
     body = _THEORIES.get(theory, "a body")
-    return f"The structure is {body}, {source}{dofs}, linear elastic.{loaded}{_kinematics(sizes)}"
+    return (
+        f"The structure is {body}, {source}{dofs}, linear elastic.{loaded}{_coriolis(sizes)}"
+        f"{_kinematics(sizes)}"
+    )
 
 
 def _kinematics(summary: Mapping[str, Any]) -> str:
     """Which kinematics the branch is of and why, where the study says something of them."""
     found = summary.get("kinematics")
     return f" Kinematics: {found}." if found else ""
+
+
+def _coriolis(summary: Mapping[str, Any]) -> str:
+    """What Coriolis forces would change of the mode, where the structure rotates."""
+    found = summary.get("coriolis")
+    return f" Coriolis forces are {found}." if found else ""
 
 
 def _loaded(study: Mapping[str, Any]) -> bool:

@@ -128,9 +128,10 @@ def chosen_kinematics(kind: Kind, effect: Effect, hindrance: str = "") -> Kinema
     doubt = _doubt(effect)
     if kind == "linear":
         return KinematicsChoice(False, f"asked for; {effect}", doubt)
-    limits = f"{100 * CLOSING_CHANGE:g} % and {FREQUENCY_CHANGE:g}"
+    closing, frequency = f"{100 * CLOSING_CHANGE:g} %", f"{FREQUENCY_CHANGE:g}"
     if not effect.matters:
-        return KinematicsChoice(False, f"{effect}: no more than {limits}", doubt)
+        return KinematicsChoice(False, f"{effect}: no more than {closing} and {frequency}", doubt)
+    limits = f"{closing} or {frequency}"
     if hindrance:
         reason = f"{effect}: more than {limits}, but {hindrance}"
         return KinematicsChoice(False, reason, doubt)

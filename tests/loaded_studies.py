@@ -152,5 +152,6 @@ CAMPBELL: tuple[tuple[str, str], ...] = (
     *(("--orders", value) for value in ("", "0", "-1", "1,1", "1e3", "9" * 5000, "1,2;3", "²")),
     *(("--energies", value) for value in ("0", "-1", "nan", "1e300", "1e-300", "x", "1,1", "1,,")),
     *(("--amplitudes", value) for value in ("0", "-1 mm", "1 furlong", "1e300", "nan", "9" * 5000)),
+    *(("--jobs", value) for value in ("0", "-1", "x", "", "1.5", "nan", "9" * 5000)),
     *(("--output", value) for value in ("", ".", "s.toml", "/proc/x", "a/" * 3000, "\u202e")),
 )

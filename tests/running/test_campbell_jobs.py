@@ -11,10 +11,11 @@ import pytest
 from mpi4py import MPI
 
 from fenics_nnm.errors import ConvergenceError, ModelError
-from fenics_nnm.running.campbell_jobs import Board
+from fenics_nnm.running.campbell_jobs import Board, lines_on_processes
 from fenics_nnm.running.campbell_journal import CampbellJournal
 from fenics_nnm.running.campbell_worker import Answer, Asked, Order
 from fenics_nnm.running.nonlinear_lines import NonlinearLines, motions_of
+from fenics_nnm.running.worker_process import WorkerDied
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.campbell import AtSpeed, campbell_lines, spinning_of
 from fenics_nnm.structure.motions_at_speed import Quantity, Target
@@ -22,7 +23,7 @@ from fenics_nnm.structure.spinning import Spin
 from fenics_nnm.study import study_from
 
 SPEEDS = [0.0, 0.3, 0.6, 0.9]
-TARGETS = (Target(Quantity.ENERGY, 0.8),)
+TARGETS = (Target(Quantity.ENERGY, 0.55),)
 
 
 def two_masses(tmp_path: Path, **mode: Any) -> Asked:
@@ -69,7 +70,7 @@ def in_order(board: Board) -> tuple[AtSpeed, ...]:
 
 
 def test_answers_in_any_order_are_named_from_the_lowest_speed_up(tmp_path: Path) -> None:
-    asked = two_masses(tmp_path, harmonics=3, samples=32)
+    asked = two_masses(tmp_path, harmonics=7, samples=64)
     lines = NonlinearLines(TARGETS, MPI.COMM_SELF, CampbellJournal(tmp_path / "one.jsonl"))
     alone = campbell_lines(asked.study, SPEEDS, 2, MPI.COMM_SELF, Stages(), lines)
     assert np.argmax([point.frequencies[0] > point.frequencies[1] for point in alone]) == 2
@@ -123,3 +124,46 @@ def test_a_speed_that_fails_keeps_the_others_unless_it_is_the_first(tmp_path: Pa
     first.modes_came(0, wrong)
     with pytest.raises(ModelError, match="is wrong"):
         list(first.orders())
+
+
+class Dying:
+    """A worker in this process, which dies when it is asked for the motions at one speed."""
+
+    def __init__(self, asked: Asked, lethal: float) -> None:
+        self._asked, self._lethal = asked, lethal
+        self._spinning = spinning_of(asked.study, MPI.COMM_SELF, Stages())
+        self.alive, self.given, self.spin = True, 0.0, Answer[Spin]()
+
+    def send(self, message: Any) -> None:
+        self.given = message
+
+    def received(self) -> Answer[Any]:
+        if self.given == self._lethal:
+            raise WorkerDied("its process was ended by SIGKILL")
+        if not self.spin.values:
+            self.spin = Answer.of(lambda: self._spinning.at(self.given, 2))
+            return modes(self.spin)
+        (order,) = self.given
+        spin, self.spin = self.spin, Answer()
+        return moving(spin, order)
+
+    def stop(self, *, busy: bool) -> None:
+        self.alive = False
+
+
+def test_a_worker_that_dies_takes_its_speed_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, made = two_masses(tmp_path, harmonics=7, samples=64), []
+
+    def started(work: Any, given: Asked) -> Dying:
+        made.append(Dying(given, SPEEDS[1]))
+        return made[-1]
+
+    monkeypatch.setattr("fenics_nnm.running.campbell_jobs.WorkerProcess.started", started)
+    monkeypatch.setattr("fenics_nnm.running.campbell_jobs.ready_of", lambda busy: [len(busy) - 1])
+    board = Board(asked, SPEEDS, CampbellJournal(tmp_path / "motions.jsonl"))
+    points = lines_on_processes(board, 2, Stages())
+    assert [point.reason for point in points] == ["", "its process was ended by SIGKILL", "", ""]
+    assert all(len(point.motions) == 1 and not point.motions[0].failed for point in points[::2])
+    assert len(made) == 3 and sum(worker.alive for worker in made) == 1  # the one that died

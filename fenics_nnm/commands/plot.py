@@ -15,7 +15,9 @@ _FORMATS = "png,svg"
 def add_to(commands: Commands) -> None:
     """Add the command."""
     plot = commands.add_parser("plot", help="draw the pictures of a results folder")
-    plot.add_argument("results", type=Path, metavar="DIR", help="results folder of a run")
+    plot.add_argument(
+        "results", type=Path, metavar="DIR", help="results folder of a run or response"
+    )
     plot.add_argument(
         "--output",
         type=Path,
@@ -37,6 +39,8 @@ def _plot(arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.gallery import FORMATS, MANIFEST, make_pictures
+    from fenics_nnm.output.response_gallery import make_response_pictures
+    from fenics_nnm.results.kinds import is_response
 
     formats = tuple(dict.fromkeys(arguments.formats.split(",")))
     for name in formats:
@@ -45,6 +49,7 @@ def _plot(arguments: argparse.Namespace) -> int:
                 f"--formats {arguments.formats}: {name!r} must be one of {', '.join(FORMATS)}"
             )
     comm, folder = MPI.COMM_WORLD, arguments.output or arguments.results / "pictures"
-    pictures = on_root(comm, make_pictures, arguments.results, folder, formats=formats)
+    make = make_response_pictures if is_response(arguments.results) else make_pictures
+    pictures = on_root(comm, make, arguments.results, folder, formats=formats)
     show(console_of(comm), f"{len(pictures)} pictures in {folder}; {MANIFEST} describes them")
     return DONE

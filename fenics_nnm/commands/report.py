@@ -11,7 +11,9 @@ from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, 
 def add_to(commands: Commands) -> None:
     """Add the command."""
     report = commands.add_parser("report", help="write an HTML page about a results folder")
-    report.add_argument("results", type=Path, metavar="DIR", help="results folder of a run")
+    report.add_argument(
+        "results", type=Path, metavar="DIR", help="results folder of a run or response"
+    )
     report.add_argument(
         "--output", type=Path, metavar="FILE.html", help="the page (default: DIR/report.html)"
     )
@@ -24,8 +26,11 @@ def _report(arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.html_report.report import write_report
+    from fenics_nnm.output.html_report.response import write_response_report
+    from fenics_nnm.results.kinds import is_response
 
     comm, file = MPI.COMM_WORLD, arguments.output or arguments.results / "report.html"
-    on_root(comm, write_report, arguments.results, file)
+    write = write_response_report if is_response(arguments.results) else write_report
+    on_root(comm, write, arguments.results, file)
     show(console_of(comm), f"report in {file}")
     return DONE

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
+from fenics_nnm.response.isolas import FIRST_BRANCH
 from fenics_nnm.response.levels import Response
 from fenics_nnm.response.phase_resonance import DampedBackbone
 
@@ -24,6 +26,19 @@ def incomplete(found: Response) -> Iterator[str]:
         )
     for reason in found.reasons:
         yield f"the curve ends: {reason}"
+
+
+def pieces(found: Response) -> Iterator[str]:
+    """Pieces of the response that are not connected to its ends, a line each."""
+    for level in found.levels:
+        own = [p for p in found.at_level(level) if p.branch >= FIRST_BRANCH]
+        for branch, points in itertools.groupby(own, key=lambda point: point.branch):
+            frequency = [point.frequency for point in points]
+            yield (
+                f"level {level:g}: another piece of the response, not connected to its ends, from "
+                f"{min(frequency):.6g} to {max(frequency):.6g} Hz (branch {branch}); a sweep may "
+                "pass without it"
+            )
 
 
 def short_of(backbone: DampedBackbone) -> Iterator[str]:

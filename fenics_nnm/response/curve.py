@@ -20,10 +20,11 @@ from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.continuation.events import BRANCH_POINT, fold
 from fenics_nnm.continuation.heading import Rising
 from fenics_nnm.continuation.segment import Segment
-from fenics_nnm.continuation.trace import End, Trace, TracePoint, trace
+from fenics_nnm.continuation.trace import End, Rules, Trace, TracePoint, trace
 from fenics_nnm.continuation.trace_options import ArcLength, Bound, Range
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.nonlinear.conditions import FREQUENCY, FixedFrequency
+from fenics_nnm.nonlinear.equations import Equations
 from fenics_nnm.nonlinear.newton import Newton
 from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.nonlinear.timed import TimedEquations
@@ -42,6 +43,9 @@ _FARTHEST = 0.5
 _SHORT_STEPS = Newton(
     tolerance=1e-12, round_off=1e-10, iterations=8, shortest_fraction=2.0**-2, leaps=0
 )
+
+#: A curve closes where its start is beside a step by less than this part of it.
+_BESIDE = 0.2
 
 #: Motions at one frequency that differ by less than this part of their size are the same.
 _SAME = 1e-6
@@ -79,20 +83,43 @@ def curve(
         options: Steps of the continuation.
         on_progress: Called with the part of the range of frequencies that was reached.
     """
-    follower = Follower(
-        structure,
-        series,
-        TimedEquations.of(structure.mechanics, series),
-        2 * np.pi * frequencies,
-        judge or judge_of(structure.mechanics),
-        options or ArcLength(newton=_SHORT_STEPS),
-    )
+    follower = Follower.of(structure, series, frequencies, judge, options)
     rising = follower.followed(falls=False, on_progress=on_progress)
     if not rising.reason and follower.arrives_alone(rising.points[-1]):
         return rising
     falling = follower.followed(falls=True, on_progress=on_progress)
     second = tuple(replace(each, branch=2) for each in falling.points)
     return Curve(rising.points + second, rising.reason)
+
+
+@dataclass(frozen=True, slots=True)
+class ClosesAt:
+    """A curve that may come back to where it began, and ends there.
+
+    Attributes:
+        start: Where it began.
+    """
+
+    start: Solution
+
+    def refusal(self, equations: Equations, before: Solution, after: Solution) -> str:
+        """No step is refused."""
+        return ""
+
+    def end(self, before: Solution, after: Solution) -> str:
+        """Ends where the start lies between two motions."""
+        way, left = _between(before, after), _between(before, self.start)
+        length, ahead = float(np.linalg.norm(way)), float(way @ left)
+        beside = np.linalg.norm(left - ahead / length**2 * way)
+        if 0 < ahead <= length**2 and beside < _BESIDE * length:
+            return "it is closed"
+        return ""
+
+
+def _between(first: Solution, second: Solution) -> Array:
+    """Change of the motion relative to its size, and of its frequency."""
+    size, q = float(np.linalg.norm(second.q)), second.q - first.q
+    return np.append(q.ravel() / max(size, 1e-300), second.omega / first.omega - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +141,36 @@ class Follower:
     omega: Array
     judge: Judge
     options: ArcLength
+
+    @classmethod
+    def of(
+        cls,
+        structure: DrivenStructure,
+        series: FourierSeries,
+        frequencies: Array,
+        judge: Judge | None = None,
+        options: ArcLength | None = None,
+    ) -> Follower:
+        """What follows a response over frequencies in Hz, as `curve` does."""
+        return cls(
+            structure,
+            series,
+            TimedEquations.of(structure.mechanics, series),
+            2 * np.pi * frequencies,
+            judge or judge_of(structure.mechanics),
+            options or ArcLength(newton=_SHORT_STEPS),
+        )
+
+    def piece(self, start: Solution) -> Curve:
+        """The piece of the curve through a motion; a closed one ends with its first motion."""
+        rising = self._trace(start, falls=False, rules=ClosesAt(start))
+        points = [point for point, _ in self._points(rising)]
+        if rising.end is End.RULE:
+            return Curve((*points[:-1], points[0]))
+        falling = self._trace(start, falls=True, rules=ClosesAt(start))
+        before = [point for point, _ in self._points(falling)]
+        ends = [each.reason for each in (rising, falling) if each.end is not End.LEFT_RANGE]
+        return Curve((*before[:0:-1], *points), "; ".join(ends))
 
     def followed(self, *, falls: bool, on_progress: Callable[[float], None]) -> Curve:
         """The curve from the lowest frequency up, or from the highest one down."""
@@ -146,7 +203,7 @@ class Follower:
         """A motion at a frequency."""
         return first_motion(self.structure, self.equations, omega)
 
-    def _trace(self, start: Solution, *, falls: bool) -> Trace:
+    def _trace(self, start: Solution, *, falls: bool, rules: Rules | None = None) -> Trace:
         problem = Problem.of(self.equations, self.options.newton)
         crest = Crest(self.series, self.structure.watched.shapes[0])
         events = (fold(FREQUENCY), BRANCH_POINT, *crests(crest, problem))
@@ -158,6 +215,7 @@ class Follower:
             options=self.options,
             bounds=(Bound(FREQUENCY, ends),),
             events=events,
+            rules=rules,
         )
 
     def _points(self, steps: Trace) -> Iterator[tuple[ResponsePoint, float]]:

@@ -18,7 +18,7 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.driven import of_response
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.interrupts import uninterrupted
-from fenics_nnm.output.response_lines import incomplete, short_of
+from fenics_nnm.output.response_lines import incomplete, pieces, short_of
 from fenics_nnm.output.response_report import write_response
 from fenics_nnm.response.levels import Response
 from fenics_nnm.response.reported import reported
@@ -189,6 +189,7 @@ def _write_fields(
 def _lines(found: Response) -> list[str]:
     return [
         *(f"incomplete: {line}" for line in incomplete(found)),
+        *pieces(found),
         *(f"damped backbone: {line}" for line in short_of(found.backbone)),
     ]
 

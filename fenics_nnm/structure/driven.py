@@ -14,6 +14,7 @@ from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.hysteretic import HystereticPart
 from fenics_nnm.mechanics.linear_part import LinearPart, RatedPart
 from fenics_nnm.reduction.driven import DrivenBasis
+from fenics_nnm.response.isolas import with_isolas
 from fenics_nnm.response.levels import Response, response
 from fenics_nnm.response.phase_resonance import DampedBackbone, damped_backbone
 from fenics_nnm.response.structure import (
@@ -114,13 +115,23 @@ def driven_motions(
             on_level=on_level,
             on_progress=stages.report,
         )
-    per_hertz = speed_per_hertz(study)
-    points = [replace(each, speed=per_hertz * each.frequency) for each in found.points]
-    found = replace(found, points=tuple(points))
-    if known and known.backbone.points and set(known.levels) == set(found.levels):
-        return replace(found, backbone=known.backbone)
-    backbone = _backbone(study, structure, series, stages).at_speeds(per_hertz)
-    return replace(found, backbone=backbone)
+    same = known and known.backbone.points and set(known.levels) == set(found.levels)
+    backbone = known.backbone if known and same else _backbone(study, structure, series, stages)
+    with stages.stage("other pieces"):
+        found = with_isolas(
+            structure,
+            series,
+            response_frequencies(study),
+            replace(found, backbone=backbone),
+            on_progress=stages.report,
+        )
+    return _at_speeds(found, speed_per_hertz(study))
+
+
+def _at_speeds(found: Response, per_hertz: float) -> Response:
+    """A response with the speeds of rotation, in rad/s per Hz, that go with its frequencies."""
+    points = tuple(replace(each, speed=per_hertz * each.frequency) for each in found.points)
+    return replace(found, points=points, backbone=found.backbone.at_speeds(per_hertz))
 
 
 def _backbone(

@@ -34,7 +34,7 @@ STOP: dict[str, Any] = {
     "matrices": {"file": "stop.npz"},
     "contact": {"gap": 1.0},
     "reduction": {"modes": 1},
-    "mode": {"harmonics": 8, "samples": 48},
+    "mode": {"harmonics": 6, "samples": 32},
     "damping": {"ratio": 0.02},
     "excitation": {"unknown": 1, "force": 0.05},
     "response": {

@@ -63,7 +63,7 @@ def _response(arguments: argparse.Namespace) -> int:
     console.print(peak_table(done.structure, found, study.title))
     if found.backbone.points:
         console.print(resonance_table(found))
-    for line in pieces(found):
+    for line in (*pieces(found), *map(str, found.instead)):
         show(console, line)
     for reason in short_of(found.backbone):
         show(console, f"damped backbone: {reason}")

@@ -11,6 +11,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.response.curve import curve
 from fenics_nnm.response.driven import open_response
+from fenics_nnm.response.instead import Instead
 from fenics_nnm.response.open_peaks import open_peaks
 from fenics_nnm.response.peaks import Peak, curve_peaks
 from fenics_nnm.response.phase_resonance import DampedBackbone
@@ -43,12 +44,14 @@ class Response:
         peaks: Peaks of the amplitudes, level by level.
         reasons: Why curves do not reach from the lowest frequency to the highest one.
         backbone: Motions in phase resonance; none if they were not asked for.
+        instead: What the structure does where no stable motion is known.
     """
 
     points: tuple[ResponsePoint, ...]
     peaks: tuple[Peak, ...] = ()
     reasons: tuple[CurveEnd, ...] = ()
     backbone: DampedBackbone = field(default_factory=DampedBackbone)
+    instead: tuple[Instead, ...] = ()
 
     @property
     def missing(self) -> tuple[ResponsePoint, ...]:

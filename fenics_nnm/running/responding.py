@@ -190,6 +190,7 @@ def _lines(found: Response) -> list[str]:
     return [
         *(f"incomplete: {line}" for line in incomplete(found)),
         *pieces(found),
+        *map(str, found.instead),
         *(f"damped backbone: {line}" for line in short_of(found.backbone)),
     ]
 

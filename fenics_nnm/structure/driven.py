@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.hysteretic import HystereticPart
 from fenics_nnm.mechanics.linear_part import LinearPart, RatedPart
 from fenics_nnm.reduction.driven import DrivenBasis
+from fenics_nnm.response.instead import Instead, instead
 from fenics_nnm.response.isolas import with_isolas
 from fenics_nnm.response.levels import Response, response
 from fenics_nnm.response.phase_resonance import DampedBackbone, damped_backbone
@@ -125,7 +126,16 @@ def driven_motions(
             replace(found, backbone=backbone),
             on_progress=stages.report,
         )
+    with stages.stage("in time"):
+        found = replace(found, instead=tuple(_instead(structure, found, stages)))
     return _at_speeds(found, speed_per_hertz(study))
+
+
+def _instead(structure: DrivenStructure, found: Response, stages: Stages) -> Iterator[Instead]:
+    """What the structure does where no stable motion is known, level by level."""
+    for number, level in enumerate(found.levels, start=1):
+        yield from instead(structure, level, found.at_level(level))
+        stages.report(number / len(found.levels))
 
 
 def _at_speeds(found: Response, per_hertz: float) -> Response:

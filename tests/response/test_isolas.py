@@ -11,6 +11,7 @@ from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.output.response_lines import pieces
 from fenics_nnm.response.in_time import state_at
 from fenics_nnm.response.isolas import with_isolas
+from fenics_nnm.response.judge import Unjudged
 from fenics_nnm.response.levels import Response, response
 from fenics_nnm.response.phase_resonance import damped_backbone
 from fenics_nnm.response.simulation import settled, simulation
@@ -34,7 +35,7 @@ def structure() -> DrivenStructure:
 def connected() -> Response:
     """Its response as it is connected to the ends, and the damped backbone."""
     found = response(structure(), SERIES, FREQUENCIES)
-    backbone = damped_backbone(structure(), SERIES, FREQUENCIES, (1.0,))
+    backbone = damped_backbone(structure(), SERIES, FREQUENCIES, (1.0,), judge=Unjudged())
     return replace(found, backbone=backbone)
 
 

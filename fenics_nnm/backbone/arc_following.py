@@ -110,7 +110,7 @@ class ArcFollowing:
         """The branch, once it has ended."""
         last = self.points[-1].gamma_ratio if self.points else self.energies.start
         failures = ((last, self.failure),) if self.failure else ()
-        return Followed(tuple(self.points), failures, self.reason)
+        return Followed(tuple(self.points), failures, self.reason, connected=True)
 
     def _trace(
         self, problem: Problem, start: ArcStart, on_position: Callable[[float], None]

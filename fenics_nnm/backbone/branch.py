@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from fenics_nnm.backbone.family_jumps import Jump
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.time_domain.bifurcations import Bifurcations
 
@@ -34,12 +35,14 @@ class Branch:
         failures: Wanted gamma ratios, or frequency ratios, without a point, each with the reason.
         reason: Why the branch ended.
         bifurcations: Bifurcations of the exact motions near the points.
+        jumps: Neighbours whose frequencies do not follow from each other.
     """
 
     points: tuple[BranchPoint, ...]
     failures: tuple[tuple[float, str], ...]
     reason: str
     bifurcations: Bifurcations = field(default_factory=Bifurcations)
+    jumps: tuple[Jump, ...] = ()
 
     @property
     def complete(self) -> bool:

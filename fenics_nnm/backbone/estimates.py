@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from fenics_nnm.backbone.levels import Level
+from fenics_nnm.backbone.slope import frequency_slope
 from fenics_nnm.mechanics.model import Scales
 from fenics_nnm.nonlinear.equations import HarmonicEquations
 from fenics_nnm.nonlinear.reduction_error import NO_ERROR, ReductionError, reduction_error
@@ -18,6 +19,9 @@ ReductionEstimate = Callable[[Solution], ReductionError | None]
 
 SeriesEstimate = Callable[[Solution], SeriesError | None]
 """From a solution to the error of its series in time, None where it is not known."""
+
+SlopeEstimate = Callable[[Solution], float]
+"""From a solution to the slope d ln omega / d ln gamma of its family, nan where not known."""
 
 
 def reduction_estimate(
@@ -40,6 +44,18 @@ def series_estimate(finest: Level) -> SeriesEstimate:
     if not finest.equations.model.massless:
         return unknown
     return partial(series_error, finest.equations)
+
+
+def slope_estimate(finest: Level) -> SlopeEstimate:
+    """Slope of the branch, nan where the law of contact has none."""
+    if not finest.solver.knows_slopes:
+        return no_slope
+    return partial(frequency_slope, finest.equations)
+
+
+def no_slope(solution: Solution) -> float:
+    """A slope that is not known."""
+    return float("nan")
 
 
 def no_error(solution: Solution) -> ReductionError:

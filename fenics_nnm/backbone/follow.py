@@ -6,7 +6,7 @@ from fenics_nnm.backbone.arc_continuation import ArcContinuation
 from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.energy_continuation import EnergyContinuation
-from fenics_nnm.backbone.estimates import series_estimate
+from fenics_nnm.backbone.estimates import series_estimate, slope_estimate
 from fenics_nnm.backbone.frequency_continuation import FrequencyContinuation
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.order import REDUCED, FullOrder, Order, ReducedOrder
@@ -69,6 +69,7 @@ def follow(
         order.estimate(finest.equations, scales),
         series_estimate(finest),
         wanted.harmonic,
+        slope_estimate(finest),
     )
     found = wanted.follow(cascade, maker, progress)
     verdicts = judged(
@@ -79,6 +80,7 @@ def follow(
         mode=mode,
         harmonic=wanted.harmonic,
         shooting=shooting and order.has_flow,
+        connected=found.connected,
     )
     points = doubted(verdicts.points, order.doubt)
-    return Branch(points, found.failures, found.reason, verdicts.bifurcations)
+    return Branch(points, found.failures, found.reason, verdicts.bifurcations, verdicts.jumps)

@@ -25,6 +25,13 @@ RESONANT = "inside resonance"
 FAILED = "failed"
 STATUSES = (VERIFIED, CONVERGED, RESONANT, FAILED)
 
+#: Number of the family of motions that is the main branch, and of points whose family is not known.
+MAIN_BRANCH, NO_FAMILY = 1, 0
+
+#: A motion up to this part above grazing, and with the frequency of the linear mode within
+#: it, is the linear mode.
+_LINEAR = 1e-9
+
 
 @dataclass(frozen=True, slots=True)
 class Balance:
@@ -81,12 +88,14 @@ class ContinuationNotes:
             left; or nothing.
         event: What the branch does here, found by its length: "fold in gamma", "fold in omega",
             "branch point", or nothing.
+        slope: d ln omega / d ln gamma of the family at this point; nan where it is not known.
     """
 
     iterations: int
     slope_ratio: float
     skipped: str = ""
     event: str = ""
+    slope: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,12 +156,18 @@ class Verdict:
     Attributes:
         status: One of `STATUSES`.
         reason: Why the point is not verified; empty if it is.
-        resonance: Mode and harmonic of an internal resonance, or nothing.
+        resonance: Mode and harmonic of an internal resonance, or nothing. The point is inside it
+            if its status says so; else it is on the main branch, with energy in that mode.
+        confirmed: Whether integration in time confirms the motion and its frequency, of whatever
+            family it is.
+        family: Number of its family, see `backbone.families`: `MAIN_BRANCH`, or 2, 3 ..
     """
 
     status: str
     reason: str = ""
     resonance: str = ""
+    confirmed: bool = False
+    family: int = NO_FAMILY
 
 
 #: What is said of a point that nobody judged yet. All points solve the discrete equations.
@@ -201,6 +216,22 @@ class BranchPoint:
     def frequency_ratio(self) -> float:
         """Frequency over that of the linear mode, times the harmonic that it began in."""
         return self.at[FREQUENCY_RATIO]
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether it is the linear mode, before its motion meets anything."""
+        ends = self.gamma_ratio <= 1 + _LINEAR
+        return ends and abs(self.frequency_ratio - 1) <= _LINEAR
+
+    @property
+    def family(self) -> int:
+        """Number of its family of motions; 0 before there is a verdict."""
+        return (self.verdict or NOT_JUDGED).family
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether integration in time confirms the motion and its frequency."""
+        return (self.verdict or NOT_JUDGED).confirmed
 
     @property
     def status(self) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.backbone.estimates import SlopeEstimate, no_slope
 from fenics_nnm.backbone.point import (
     FREQUENCY_RATIO,
     GAMMA_RATIO,
@@ -43,6 +44,7 @@ class PointMaker:
         series_error: From a solution to the error of its series in time, None where it is not
             known.
         harmonic: Harmonic that the followed mode is written in.
+        slope: From a solution to the slope of its family, nan where it is not known.
     """
 
     equations: HarmonicEquations
@@ -50,6 +52,7 @@ class PointMaker:
     error: Callable[[Solution], ReductionError | None]
     series_error: Callable[[Solution], SeriesError | None]
     harmonic: int = 1
+    slope: SlopeEstimate = no_slope
 
     def point(
         self,
@@ -78,7 +81,9 @@ class PointMaker:
             motion=self.motion(solution),
             balance=self._balance(solution),
             expected=ExpectedErrors(self.error(solution), self.series_error(solution)),
-            notes=ContinuationNotes(solution.iterations, slope_ratio, skipped, event),
+            notes=ContinuationNotes(
+                solution.iterations, slope_ratio, skipped, event, self.slope(solution)
+            ),
         )
 
     def solution(self, point: BranchPoint) -> Solution:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.time_domain.stability import damping_needed as damping_of
 
 _NAN = float("nan")
 
@@ -50,6 +51,11 @@ def largest_multiplier(point: BranchPoint) -> float:
 def stability_kind(point: BranchPoint) -> str:
     """Stable, or the kind of instability; empty if not known."""
     return point.stability.kind if point.stability else ""
+
+
+def damping_needed(point: BranchPoint) -> float:
+    """Damping ratio that would hold the motion, see `time_domain.stability.damping_needed`."""
+    return damping_of(largest_multiplier(point))
 
 
 def reduction_residual(point: BranchPoint) -> float:

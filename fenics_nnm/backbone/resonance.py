@@ -25,8 +25,16 @@ _INSIDE, _HIGH_HARMONIC = 0.025, 20
 
 
 #: With less than this part of the slope d omega / d gamma of the followed mode alone the frequency
-#: stands still, and energy flows into whatever else has more than `_INSIDE` of it.
-STILL = 0.1
+#: stands still, and energy flows into whatever else has some of it, if ever so little: in the mouth
+#: of a tongue it grows with the square of the way from first contact.
+STILL, _TRACE = 0.1, 1e-12
+
+#: With less than this part it lags behind the main branch, where it is off that already and
+#: something else has more than `_INSIDE` of the energy.
+_LAGS = 0.5
+
+#: A resonance with more than this part of the energy of whatever else has most of it is named.
+_MAIN_PART = 0.5
 
 #: What takes energy where the frequency stands still, and no resonance is near enough to be named.
 UNNAMED = "other modes"
@@ -59,6 +67,14 @@ class Resonance:
 
     def __str__(self) -> str:
         return f"mode {self.mode + 1} in harmonic {self.harmonic}"
+
+    def named(self, largest: float) -> str:
+        """It, or "other modes" where these have most of the energy.
+
+        Args:
+            largest: Share of what has most besides the followed mode.
+        """
+        return str(self) if self.share > _MAIN_PART * largest else UNNAMED
 
 
 def strongest_resonance(
@@ -109,10 +125,12 @@ def _detuning(model: ReducedModel, rest: RestState, mode: int) -> float:
     return min(_DETUNING, _OF_RANGE * widest)
 
 
-def stands_still(
+def left_behind(
     series: Series, q: Array, slope_ratio: float, *, mode: int, harmonic: int = 1
 ) -> bool:
-    """Whether the frequency stands still while energy flows into other modes: a tongue.
+    """Whether a motion off the main branch is held back by other modes: in a tongue.
+
+    There the frequency stands still, or has come to lag behind, while energy flows into them.
 
     Args:
         series: Series in time.
@@ -121,12 +139,23 @@ def stands_still(
         mode: Index of the followed mode.
         harmonic: Its harmonic.
     """
-    if not slope_ratio < STILL:
-        return False
+    least = _TRACE if slope_ratio < STILL else _INSIDE
+    return slope_ratio < _LAGS and largest_share(series, q, mode, harmonic) > least
+
+
+def largest_share(series: Series, q: Array, mode: int, harmonic: int = 1) -> float:
+    """Largest share of the kinetic energy in one coefficient besides that of the followed mode.
+
+    Args:
+        series: Series in time.
+        q: Coefficients of the motion in modes about the state of rest, shape (N + 1, J).
+        mode: Index of the followed mode.
+        harmonic: Its harmonic.
+    """
     kinetic = _kinetic(series, q)
     total = float(kinetic.sum())
     kinetic[np.ix_(series.order == harmonic, [mode])] = 0.0
-    return float(kinetic.max()) > _INSIDE * total
+    return float(kinetic.max()) / total
 
 
 def _kinetic(series: Series, q: Array) -> Array:

@@ -31,17 +31,26 @@ from fenics_nnm.backbone.certificate import (
     certified,
     of_linear_mode,
 )
+from fenics_nnm.backbone.families import families
+from fenics_nnm.backbone.family_jumps import Jump
 from fenics_nnm.backbone.periodicity import NOT_FOLLOWED, Followed, followed
 from fenics_nnm.backbone.point import (
     CONVERGED,
     FAILED,
+    MAIN_BRANCH,
     RESONANT,
     VERIFIED,
     BranchPoint,
     Orbit,
     Verdict,
 )
-from fenics_nnm.backbone.resonance import UNNAMED, stands_still, strongest_resonance
+from fenics_nnm.backbone.resonance import (
+    STILL,
+    UNNAMED,
+    largest_share,
+    left_behind,
+    strongest_resonance,
+)
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.bifurcations import Bifurcations, bifurcations
@@ -68,9 +77,8 @@ _VERIFIED_SHOT_RETURN_ERROR = 1e-10
 _VERIFIED_RETURN_ERROR_10 = 0.02
 _VERIFIED_START_ENERGY_ALONE = 2e-3
 
-#: A motion up to this part above grazing, and with the frequency of the linear mode within
-#: it, is the linear mode.
-_LINEAR = 1e-9
+#: Nor is the frequency of a point to be trusted of which a larger error is expected.
+LARGEST_EXPECTED_ERROR = 0.01
 
 #: Why points of models without an integration in time are not verified.
 WITH_MASS = "contact points carry mass: there is no motion in time to compare with"
@@ -83,10 +91,12 @@ class Judgement:
     Attributes:
         points: Points with their verdicts.
         bifurcations: Bifurcations of its exact motions.
+        jumps: Neighbours whose frequencies do not follow from each other.
     """
 
     points: tuple[BranchPoint, ...]
     bifurcations: Bifurcations
+    jumps: tuple[Jump, ...] = ()
 
 
 def judged(
@@ -98,8 +108,9 @@ def judged(
     mode: int,
     harmonic: int = 1,
     shooting: bool,
+    connected: bool = False,
 ) -> Judgement:
-    """The points with return errors, shot motions, internal resonances and statuses.
+    """The points with return errors, shot motions, internal resonances, families and statuses.
 
     Beyond grazing, points of a model whose contact points carry mass are "converged" at best: their
     motion after an impact depends on an impact law that harmonic balance does not have.
@@ -112,19 +123,26 @@ def judged(
         mode: Index of the followed mode.
         harmonic: Harmonic that it is written in.
         shooting: Whether to shoot for the true motion near each point.
+        connected: Whether each point was followed continuously from the one before it.
     """
+    of = families(points, series, connected=connected)
     others = np.delete(model.at_rest().omega, mode)
     evidence = [_evidence(flow, series, point, shooting=shooting) for point in points]
-    resonances = [internal_resonance(model, series, point, mode, harmonic) for point in points]
+    places = [
+        _place(
+            internal_resonance(model, series, point, number, mode, harmonic), point, number, late
+        )
+        for point, number, late in zip(points, of.numbers, of.behind, strict=True)
+    ]
     found = [
-        _judged(point, resonance, each, others, massless=model.massless)
-        for point, resonance, each in zip(points, resonances, evidence, strict=True)
+        _judged(point, place, each, others, massless=model.massless)
+        for point, place, each in zip(points, places, evidence, strict=True)
     ]
     if flow is None or not shooting:
-        return Judgement(tuple(found), Bifurcations())
+        return Judgement(tuple(found), Bifurcations(), of.jumps)
     witnesses = [each.certificate.witness for each in evidence]
     along = bifurcations(flow, witnesses, reversible=not series.free_phase)
-    return Judgement(tuple(found), along)
+    return Judgement(tuple(found), along, of.jumps)
 
 
 def doubted(points: tuple[BranchPoint, ...], doubt: str) -> tuple[BranchPoint, ...]:
@@ -137,20 +155,50 @@ def doubted(points: tuple[BranchPoint, ...], doubt: str) -> tuple[BranchPoint, .
 def _doubted(point: BranchPoint, doubt: str) -> BranchPoint:
     if point.verdict is None or point.verdict.status != VERIFIED:
         return point
-    return replace(point, verdict=replace(point.verdict, status=CONVERGED, reason=doubt))
+    verdict = replace(point.verdict, status=CONVERGED, reason=doubt, confirmed=False)
+    return replace(point, verdict=verdict)
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where a point is: number of its family, and mode and harmonic of an internal resonance.
+
+    It is inside the resonance if it lags behind the main branch, or if its slope does not tell.
+    """
+
+    family: int
+    resonance: str
+    inside: bool
+
+
+def _place(resonance: str, point: BranchPoint, family: int, behind: bool) -> _Place:
+    """Where a point is; without a slope energy in a resonance is enough to be inside."""
+    untold = bool(np.isnan(point.notes.slope_ratio))
+    held = behind or point.notes.slope_ratio < STILL
+    inside = untold or (family != MAIN_BRANCH and held)
+    return _Place(family, resonance, inside=bool(resonance) and inside)
 
 
 def internal_resonance(
-    model: ReducedModel, series: Series, point: BranchPoint, mode: int, harmonic: int = 1
+    model: ReducedModel,
+    series: Series,
+    point: BranchPoint,
+    family: int,
+    mode: int,
+    harmonic: int = 1,
 ) -> str:
     """The mode and harmonic that draw energy from the motion in resonance, or nothing."""
+    if point.is_linear:
+        return ""
     q, omega = point.motion.q, 2 * np.pi * point.motion.frequency
     found = strongest_resonance(model, series, q, omega, mode=mode, harmonic=harmonic)
     if found.entered:
         return str(found)
-    by_mode = q @ model.at_rest().shapes
-    still = stands_still(series, by_mode, point.notes.slope_ratio, mode=mode, harmonic=harmonic)
-    return UNNAMED if still else ""
+    by_mode, slope = q @ model.at_rest().shapes, point.notes.slope_ratio
+    held = left_behind(series, by_mode, slope, mode=mode, harmonic=harmonic)
+    if family == MAIN_BRANCH or not held:
+        return ""
+    return found.named(largest_share(series, by_mode, mode, harmonic))
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,33 +221,33 @@ def _evidence(
 
 
 def _judged(
-    point: BranchPoint, resonance: str, evidence: _Evidence, others: Array, *, massless: bool
+    point: BranchPoint, place: _Place, evidence: _Evidence, others: Array, *, massless: bool
 ) -> BranchPoint:
     """A point with its verdict.
 
     `others` are the circular frequencies of the linear modes besides the followed one.
     """
     orbit, stability = evidence.certificate.orbit, evidence.certificate.stability
-    if _is_linear(point):
+    if point.is_linear:
         orbit, stability = of_linear_mode(point.motion.frequency, others)
     returned = evidence.followed.returned
     known = replace(point, returned=returned, orbit=orbit, stability=stability)
-    return replace(known, verdict=_verdict(known, resonance, evidence, massless=massless))
+    return replace(known, verdict=_verdict(known, place, evidence, massless=massless))
 
 
-def _is_linear(point: BranchPoint) -> bool:
-    return point.gamma_ratio <= 1 + _LINEAR and abs(point.frequency_ratio - 1) <= _LINEAR
-
-
-def _verdict(point: BranchPoint, resonance: str, evidence: _Evidence, *, massless: bool) -> Verdict:
+def _verdict(point: BranchPoint, place: _Place, evidence: _Evidence, *, massless: bool) -> Verdict:
     """The status of a point, and the reason for any but the best."""
-    failure = _failure(point, evidence.followed)
+    doubt = "" if point.is_linear else _doubt(point, evidence) if massless else WITH_MASS
+    failure = _failure(point, evidence.followed) or _too_far_off(point, confirmed=not doubt)
     if failure:
-        return Verdict(FAILED, failure, resonance)
-    if resonance:
-        return Verdict(RESONANT, f"{resonance} draws energy from the motion", resonance)
-    doubt = "" if _is_linear(point) else _doubt(point, evidence) if massless else WITH_MASS
-    return Verdict(CONVERGED if doubt else VERIFIED, doubt)
+        return Verdict(FAILED, failure, place.resonance, family=place.family)
+    status, reason = CONVERGED if doubt else VERIFIED, doubt
+    if place.inside:
+        draw = "draw" if place.resonance == UNNAMED else "draws"
+        status, reason = RESONANT, f"{place.resonance} {draw} energy from the motion"
+    elif doubt and place.family != MAIN_BRANCH:
+        reason = f"{doubt}; a motion of family {place.family}, off the main branch"
+    return Verdict(status, reason, place.resonance, confirmed=not doubt, family=place.family)
 
 
 def _failure(point: BranchPoint, followed: Followed) -> str:
@@ -215,6 +263,23 @@ def _failure(point: BranchPoint, followed: Followed) -> str:
         return f"after one period the motion misses its start by {returned.after_one:.0%}"
     if point.orbit and abs(change := _change(point, point.orbit)) > _LARGEST_SHOT_CHANGE:
         return f"the exact motion of its energy is {change:+.1%} away in frequency"
+    return ""
+
+
+def _too_far_off(point: BranchPoint, *, confirmed: bool) -> str:
+    """Whether the errors that are expected are larger than those of any point may be, or nothing.
+
+    Those of the series are estimates, which integration in time may confirm or contradict.
+    """
+    reduction, series = point.expected.reduction, point.expected.series
+    left_out = abs(reduction.frequency) if reduction else 0.0
+    if left_out > LARGEST_EXPECTED_ERROR:
+        return f"the reduction is expected to put its frequency off by {left_out:.1%}"
+    if series is None or confirmed or point.orbit:
+        return ""
+    discrete = abs(series.harmonics) + abs(series.samples)
+    if discrete > LARGEST_EXPECTED_ERROR:
+        return f"its harmonics and samples are expected to put its frequency off by {discrete:.1%}"
     return ""
 
 

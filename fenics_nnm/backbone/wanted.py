@@ -30,11 +30,13 @@ class Followed:
         points: Points in the order of the branch.
         failures: Wanted positions without a point, each with the reason.
         reason: Why the branch ended.
+        connected: Whether each point was followed continuously from the one before it.
     """
 
     points: tuple[BranchPoint, ...]
     failures: Failures
     reason: str
+    connected: bool = False
 
 
 @dataclass(frozen=True, slots=True)

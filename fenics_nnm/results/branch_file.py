@@ -190,7 +190,7 @@ def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:
 
 
 def _point(group: h5py.Group) -> BranchPoint:
-    scalars: dict[str, Any] = {name: group.attrs[name] for name in SCALARS}
+    scalars: dict[str, Any] = {name: group.attrs[name] for name in SCALARS if name in group.attrs}
     for name, value in scalars.items():
         scalars[name] = value.item() if isinstance(value, np.generic) else value
     return point_from(scalars, {name: np.array(group[name]) for name in ARRAYS})

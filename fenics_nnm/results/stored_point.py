@@ -16,7 +16,9 @@ from fenics_nnm.backbone import point_numbers as numbers
 from fenics_nnm.backbone.point import (
     FREQUENCY_RATIO,
     GAMMA_RATIO,
+    NO_FAMILY,
     NOT_JUDGED,
+    VERIFIED,
     Balance,
     BranchPoint,
     ContinuationNotes,
@@ -67,7 +69,13 @@ SCALARS: dict[str, Callable[[BranchPoint], float | int | str]] = {
     "harmonics_error": numbers.harmonics_error,
     "samples_error": numbers.samples_error,
     "error_remainder": numbers.error_remainder,
+    "slope": lambda point: point.notes.slope,
+    "family": lambda point: point.family,
+    "confirmed": lambda point: point.confirmed,
 }
+
+#: Those that files of earlier versions lack, and what is known of their points.
+ADDED: dict[str, float | int] = {"slope": float("nan"), "family": NO_FAMILY}
 
 #: Arrays of a point by their stored name.
 ARRAYS: dict[str, Callable[[BranchPoint], Array | Complex]] = {
@@ -94,8 +102,10 @@ def point_from(scalars: Mapping[str, Any], arrays: Mapping[str, Any]) -> BranchP
     """The point of stored numbers and arrays; a part that nothing is known of is None.
 
     Raises:
-        KeyError: if one of them is missing.
+        KeyError: if one of them is missing that all versions have.
     """
+    verified = scalars["status"] == VERIFIED
+    scalars = {**ADDED, "confirmed": verified, **scalars}
     return BranchPoint(
         position=scalars["position"],
         at={name: scalars[name] for name in (GAMMA_RATIO, FREQUENCY_RATIO)},
@@ -151,6 +161,7 @@ def _notes(stored: Mapping[str, Any]) -> ContinuationNotes:
         slope_ratio=stored["slope_ratio"],
         skipped=stored["skipped"],
         event=stored["event"],
+        slope=stored["slope"],
     )
 
 
@@ -176,5 +187,11 @@ def _stability(stored: Mapping[str, Any], arrays: Mapping[str, Any]) -> FloquetS
 
 
 def _verdict(stored: Mapping[str, Any]) -> Verdict | None:
-    found = Verdict(stored["status"], stored["reason"], stored["resonance"])
+    found = Verdict(
+        status=stored["status"],
+        reason=stored["reason"],
+        resonance=stored["resonance"],
+        confirmed=bool(stored["confirmed"]),
+        family=int(stored["family"]),
+    )
     return None if found == NOT_JUDGED else found

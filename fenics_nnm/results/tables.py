@@ -75,6 +75,9 @@ COLUMNS = {
     "stability": Column(numbers.stability_kind),
     "reason": Column(lambda point: point.reason),
     "slope_ratio": Column(lambda point: point.notes.slope_ratio, digits=4),
+    "family": Column(lambda point: str(point.family or "")),
+    "confirmed": Column(lambda point: "yes" if point.confirmed else "no"),
+    "damping_needed": Column(numbers.damping_needed, digits=4),
 }
 
 

@@ -80,6 +80,23 @@ class Stability:
         return float(np.abs(self.multipliers).max(initial=1.0))
 
 
+def damping_needed(multiplier: float) -> float:
+    """Damping ratio, as a part of critical damping, that makes up for a growth by |mu| a period.
+
+    With all modes damped alike, q'' + 2 zeta omega q' + .. = 0 about the frequency omega of the
+    motion, every multiplier is smaller by exp(-2 pi zeta), for zeta << 1:
+
+        zeta = ln |mu| / (2 pi)
+
+    Args:
+        multiplier: Largest modulus |mu| of the multipliers of the undamped motion.
+
+    Returns:
+        0 for a stable motion, nan if the multiplier is not known.
+    """
+    return float(np.log(np.maximum(multiplier, 1.0)) / (2 * np.pi))
+
+
 def stability(
     flow: Integrator, shot: ShotMotion, *, reversible: bool = False, on_circle: float = _ON_CIRCLE
 ) -> Stability:

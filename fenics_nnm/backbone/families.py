@@ -1,0 +1,279 @@
+"""Which points of a branch are of one family of motions, and where neighbours are not.
+
+The slope s = d ln f / d ln gamma of a family is known at each of its points, so that two of them,
+x = ln gamma apart by d, are expected to differ in ln f by what lies between s_1 d and s_2 d. If
+they differ by something else, then they are of two families, or of two ways of one.
+
+The *main branch* is what lets internal resonances aside: of all chains of points of which each
+follows from the one before it, that which leads farthest, a point in which the frequency hardly
+rises counting for less; points where it stands still are no links. A point between two links is on
+the main branch if its frequency is within 1e-3 of the cubic through both with their slopes. Motions
+without contact belong to it. All others are of other families, those that follow from each other
+of one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.backbone.family_jumps import Jump, contacts
+from fenics_nnm.backbone.point import MAIN_BRANCH, BranchPoint
+from fenics_nnm.backbone.resonance import STILL
+from fenics_nnm.mechanics.fourier import Series
+
+#: Frequencies that agree to this part, and to a part of the expected change, agree.
+SAME_FREQUENCY, _OF_CHANGE = 1e-3, 0.05
+
+#: Of points that are farther apart in ln gamma nothing is said.
+_FARTHEST = 0.5
+
+#: Where contact begins the frequency may rise with the square root of what is beyond: twice as far
+#: as the slope at the end of the way says. So it may where another point begins to touch.
+_KINK = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """Between what a frequency is expected to change, as ln of its factor."""
+
+    low: float
+    high: float
+
+    def miss(self, change: float) -> float:
+        """How far a change is outside."""
+        return max(self.low - change, change - self.high, 0.0)
+
+    @property
+    def tolerance(self) -> float:
+        """How far outside a change may be."""
+        return SAME_FREQUENCY + _OF_CHANGE * max(abs(self.low), abs(self.high))
+
+    def inner(self) -> Expected:
+        """The middle half of it."""
+        quarter = (self.high - self.low) / 4
+        return Expected(self.low + quarter, self.high - quarter)
+
+    def widened(self) -> Expected:
+        """The same where contact may begin at a further point on the way."""
+        return Expected(
+            min(self.low * _KINK, self.low / _KINK), max(self.high * _KINK, self.high / _KINK)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What is known of the course of the frequency over the energy at the points of a branch.
+
+    Attributes:
+        x: ln of the gamma ratios, shape (p,).
+        y: ln of the frequency ratios, shape (p,).
+        slope: Slopes dy / dx; where they are not known the smaller one of those to both neighbours,
+            0 if they have other signs.
+        mild: What a slope is to be multiplied by to be no steeper than that of the mode alone.
+        weight: What a point counts as a link of the main branch; 0 for no link.
+        linear: Which motions are linear, without contact.
+        connected: Whether each point was followed continuously from the one before it.
+    """
+
+    x: Array
+    y: Array
+    slope: Array
+    mild: Array
+    weight: Array
+    linear: Array
+    connected: bool
+
+    @classmethod
+    def of(cls, points: Sequence[BranchPoint], *, connected: bool) -> Course:
+        """That of points in the order of the branch."""
+        x = np.log([point.gamma_ratio for point in points])
+        y = np.log([point.frequency_ratio for point in points])
+        linear = np.array([point.is_linear for point in points], dtype=bool)
+        own = np.array([point.notes.slope for point in points])
+        slope = np.where(linear, 0.0, np.where(np.isnan(own), _smaller_secants(x, y), own))
+        rises = np.array([point.notes.slope_ratio for point in points])
+        rises = np.where(np.isnan(rises), 1.0, rises)
+        counts = np.where(rises < STILL, 0.0, np.minimum(rises, 1.0))
+        weight = np.where(linear, 0.0, counts * (_widths(x) + 1e-9))
+        return cls(x, y, slope, 1 / np.maximum(rises, 1.0), weight, linear, connected)
+
+    def expected(self, i: int, j: int) -> Expected:
+        """Between what ln f is expected to change from a point to a later one."""
+        if self.linear[i] != self.linear[j]:
+            end = j if self.linear[i] else i
+            return _from_grazing(float(self.slope[end] * self.x[end]) * (1 if end == j else -1))
+        ends = sorted(float(self.slope[k] * (self.x[j] - self.x[i])) for k in (i, j))
+        return Expected(*ends)
+
+    def change(self, i: int, j: int) -> float:
+        """Change of ln f from a point to another one."""
+        return float(self.y[j] - self.y[i])
+
+    def follows(self, i: int, j: int) -> bool:
+        """Whether a later point is where the family of an earlier one is expected.
+
+        Over points in between it is to be nearer to what the mean of both slopes says, of which
+        none is taken steeper than that of the followed mode alone: where a resonance has been left
+        it is, for a little while.
+        """
+        if self._far(i, j) or (self.connected and j == i + 1):
+            return j == i + 1
+        expected = self.expected(i, j) if j == i + 1 else self._over_others(i, j)
+        return expected.miss(self.change(i, j)) <= expected.tolerance
+
+    def jumps(self, i: int) -> bool:
+        """Whether the next point is nowhere near where this one's family is expected."""
+        if self.connected or self._far(i, i + 1):
+            return False
+        expected = self.expected(i, i + 1)
+        if self.linear[i] == self.linear[i + 1]:
+            expected = expected.widened()
+        return expected.miss(self.change(i, i + 1)) > SAME_FREQUENCY
+
+    def between(self, i: int, j: int, k: int) -> float:
+        """Ln f at point k on the cubic through two points with their slopes; nan outside."""
+        width = self.x[j] - self.x[i]
+        if width <= 0 or not self.x[i] <= self.x[k] <= self.x[j]:
+            return float("nan")
+        t = (self.x[k] - self.x[i]) / width
+        values = (2 * t**3 - 3 * t**2 + 1) * self.y[i] + (3 * t**2 - 2 * t**3) * self.y[j]
+        first, last = (t**3 - 2 * t**2 + t) * self.slope[i], (t**3 - t**2) * self.slope[j]
+        return float(values + width * (first + last))
+
+    def _over_others(self, i: int, j: int) -> Expected:
+        return replace(self, slope=self.slope * self.mild).expected(i, j).inner()
+
+    def _far(self, i: int, j: int) -> bool:
+        return bool(abs(self.x[j] - self.x[i]) > _FARTHEST)
+
+
+@dataclass(frozen=True, slots=True)
+class Families:
+    """Families of the points of a branch.
+
+    Attributes:
+        numbers: Number of the family of each point: `MAIN_BRANCH`, or 2, 3 ..
+        behind: Whether each is off the main branch and its frequency nearer to that of the linear
+            mode than the nearest link of that says; so are all where it has no links.
+        jumps: Neighbours whose frequencies do not follow from each other.
+    """
+
+    numbers: tuple[int, ...] = ()
+    behind: tuple[bool, ...] = ()
+    jumps: tuple[Jump, ...] = ()
+
+
+def families(points: Sequence[BranchPoint], series: Series, *, connected: bool = False) -> Families:
+    """The families of points in the order of the branch.
+
+    Args:
+        points: Points.
+        series: Series that they are written in.
+        connected: Whether each was followed continuously from the one before it, as by arc-length.
+    """
+    if not points:
+        return Families()
+    course = Course.of(points, connected=connected)
+    links = _links(course)
+    numbers = _numbers(course, links)
+    behind = [
+        number != MAIN_BRANCH and _behind(course, links, k) for k, number in enumerate(numbers)
+    ]
+    ways = (i for i in range(len(points) - 1) if course.jumps(i))
+    found = [_jump(course, points[i], points[i + 1], i, series) for i in ways]
+    return Families(tuple(numbers), tuple(behind), tuple(found))
+
+
+def _links(course: Course) -> list[int]:
+    """The chain of points that is the main branch: the one of the largest weight.
+
+    What a link passes over is taken off, in half.
+    """
+    weight = [float(each) for each in course.weight]
+    passed = np.concatenate([[0.0], np.cumsum(course.weight)]) / 2
+    able = [k for k, each in enumerate(weight) if each > 0]
+    best, before = list(weight), [-1] * len(weight)
+    for at, j in enumerate(able):
+        for i in able[:at]:
+            gained = best[i] + weight[j] - float(passed[j] - passed[i + 1])
+            if gained > best[j] and course.follows(i, j):
+                best[j], before[j] = gained, i
+    chain = [max(able, key=lambda k: best[k])] if able else []
+    while chain and before[chain[-1]] >= 0:
+        chain.append(before[chain[-1]])
+    return chain[::-1]
+
+
+def _numbers(course: Course, links: list[int]) -> list[int]:
+    """Number of the family of each point."""
+    numbers: list[int] = []
+    for k in range(len(course.x)):
+        main = course.linear[k] or k in links or _on_main(course, links, k)
+        numbers.append(MAIN_BRANCH if main else _other(course, numbers, k))
+    return numbers
+
+
+def _on_main(course: Course, links: list[int], k: int) -> bool:
+    """Whether a point that is no link has the frequency of the main branch at its energy."""
+    after = int(np.searchsorted(links, k))
+    if not 0 < after < len(links):
+        return False
+    expected = course.between(links[after - 1], links[after], k)
+    return bool(abs(course.y[k] - expected) <= SAME_FREQUENCY)
+
+
+def _behind(course: Course, links: list[int], k: int) -> bool:
+    """Whether the frequency is nearer to the linear one than the nearest link and its slope say."""
+    if not links:
+        return True
+    nearest = min(links, key=lambda i: abs(i - k))
+    expected = course.y[nearest] + course.slope[nearest] * (course.x[k] - course.x[nearest])
+    return bool(abs(course.y[k]) < abs(expected))
+
+
+def _other(course: Course, numbers: Sequence[int], k: int) -> int:
+    """The latest other family that a point follows from, or a new one."""
+    for i in range(k - 1, -1, -1):
+        if numbers[i] != MAIN_BRANCH and course.follows(i, k):
+            return numbers[i]
+    return max([MAIN_BRANCH, *numbers]) + 1
+
+
+def _jump(course: Course, one: BranchPoint, other: BranchPoint, i: int, series: Series) -> Jump:
+    """The jump from point i, which is `one`, to the next."""
+    expected = course.expected(i, i + 1)
+    return Jump(
+        gamma_ratios=(one.gamma_ratio, other.gamma_ratio),
+        change=float(np.expm1(course.change(i, i + 1))),
+        predicted=(float(np.expm1(expected.low)), float(np.expm1(expected.high))),
+        contacts=(contacts(series, one.motion), contacts(series, other.motion)),
+    )
+
+
+def _from_grazing(change: float) -> Expected:
+    """From the end of the linear motions, with the change that the slope beyond it says."""
+    ends = sorted((0.0, _KINK * change))
+    return Expected(*ends)
+
+
+def _smaller_secants(x: Array, y: Array) -> Array:
+    """The smaller one of the slopes to both neighbours, 0 where they have other signs."""
+    if len(x) < 2:
+        return np.zeros(len(x))
+    step = np.diff(x)
+    secant = np.divide(np.diff(y), step, out=np.zeros(len(step)), where=step != 0)
+    left, right = np.r_[secant[:1], secant], np.r_[secant, secant[-1:]]
+    smaller = np.where(np.abs(left) < np.abs(right), left, right)
+    return np.where(left * right > 0, smaller, 0.0)
+
+
+def _widths(x: Array) -> Array:
+    """Half of the way from each point's neighbour before it to that after it."""
+    if len(x) < 2:
+        return np.ones(len(x))
+    step = np.abs(np.diff(x))
+    return np.asarray((np.r_[step[:1], step] + np.r_[step, step[-1:]]) / 2)

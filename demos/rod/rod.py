@@ -19,7 +19,7 @@ from motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_tim
 from rich.console import Console
 
 from fenics_nnm.output.motion_measures import StandingWave, standing
-from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
+from fenics_nnm.output.pictures.backbone import LinearMode, Places, plot_backbone
 from fenics_nnm.progress import progress
 from fenics_nnm.results.stored_branch import read_stored_branch
 from fenics_nnm.run import RunResult, run_study
@@ -101,7 +101,7 @@ plot_backbone(
     points,
     title="Rod against a rigid obstacle: 100 quadratic elements, 40 modes, 20 harmonics",
     linear=LinearMode(linear),
-    failures=fine.summary["failures"],
+    places=Places(failures=fine.summary["failures"]),
     curves={"exact": (gamma, frequency_ratio(gamma) * linear)},
 )
 

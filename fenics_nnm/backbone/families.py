@@ -122,14 +122,14 @@ class Course:
         """
         if self._far(i, j) or (self.connected and j == i + 1):
             return j == i + 1
-        expected = self.expected(i, j) if j == i + 1 else self._over_others(i, j)
+        expected = self.expected(i, j) if j == i + 1 else self.mildly(i, j).inner()
         return expected.miss(self.change(i, j)) <= expected.tolerance
 
     def jumps(self, i: int) -> bool:
         """Whether the next point is nowhere near where this one's family is expected."""
         if self.connected or self._far(i, i + 1):
             return False
-        expected = self.expected(i, i + 1)
+        expected = self.mildly(i, i + 1)
         if self.linear[i] == self.linear[i + 1]:
             expected = expected.widened()
         return expected.miss(self.change(i, i + 1)) > SAME_FREQUENCY
@@ -144,8 +144,9 @@ class Course:
         first, last = (t**3 - 2 * t**2 + t) * self.slope[i], (t**3 - t**2) * self.slope[j]
         return float(values + width * (first + last))
 
-    def _over_others(self, i: int, j: int) -> Expected:
-        return replace(self, slope=self.slope * self.mild).expected(i, j).inner()
+    def mildly(self, i: int, j: int) -> Expected:
+        """The same with slopes no steeper than that of the followed mode alone."""
+        return replace(self, slope=self.slope * self.mild).expected(i, j)
 
     def _far(self, i: int, j: int) -> bool:
         return bool(abs(self.x[j] - self.x[i]) > _FARTHEST)
@@ -245,7 +246,7 @@ def _other(course: Course, numbers: Sequence[int], k: int) -> int:
 
 def _jump(course: Course, one: BranchPoint, other: BranchPoint, i: int, series: Series) -> Jump:
     """The jump from point i, which is `one`, to the next."""
-    expected = course.expected(i, i + 1)
+    expected = course.mildly(i, i + 1)
     return Jump(
         gamma_ratios=(one.gamma_ratio, other.gamma_ratio),
         change=float(np.expm1(course.change(i, i + 1))),

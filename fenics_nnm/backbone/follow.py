@@ -75,12 +75,11 @@ def follow(
     verdicts = judged(
         obeyed,
         balance.series,
-        found.points,
+        found,
         flow=order.flow(obeyed),
         mode=mode,
         harmonic=wanted.harmonic,
         shooting=shooting and order.has_flow,
-        connected=found.connected,
     )
     points = doubted(verdicts.points, order.doubt)
     return Branch(points, found.failures, found.reason, verdicts.bifurcations, verdicts.jumps)

@@ -23,7 +23,7 @@ _NAN = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
-class Followed:
+class InTime:
     """What became of a motion that was integrated in time.
 
     Attributes:
@@ -39,10 +39,10 @@ class Followed:
 
 
 #: Of motions that cannot be followed, as contact points carry mass.
-NOT_FOLLOWED = Followed(None, _NAN)
+NOT_FOLLOWED = InTime(None, _NAN)
 
 
-def followed(flow: Integrator, series: Series, motion: Motion) -> Followed:
+def followed(flow: Integrator, series: Series, motion: Motion) -> InTime:
     """Follow a motion from its initial state, exactly from one change of contact to the next.
 
     Args:
@@ -60,8 +60,8 @@ def followed(flow: Integrator, series: Series, motion: Motion) -> Followed:
     first = float(misses[0])
     if after.failure:
         returned = None if np.isnan(first) else Return(first, _NAN, _NAN)
-        return Followed(returned, _NAN, after.failure)
+        return InTime(returned, _NAN, after.failure)
     energy = flow.energy(q, velocity)
     energies = np.array([flow.energy(*state) for state in zip(*states, strict=True)])
     drift = float(np.abs(energies / energy - 1).max())
-    return Followed(Return(first, float(misses[-1]), drift), energy / motion.energy - 1)
+    return InTime(Return(first, float(misses[-1]), drift), energy / motion.energy - 1)

@@ -19,7 +19,6 @@ models that came back within 2 %, the worst was 1.2e-4 from the exact frequency.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,7 +32,7 @@ from fenics_nnm.backbone.certificate import (
 )
 from fenics_nnm.backbone.families import families
 from fenics_nnm.backbone.family_jumps import Jump
-from fenics_nnm.backbone.periodicity import NOT_FOLLOWED, Followed, followed
+from fenics_nnm.backbone.periodicity import NOT_FOLLOWED, InTime, followed
 from fenics_nnm.backbone.point import (
     CONVERGED,
     FAILED,
@@ -51,6 +50,7 @@ from fenics_nnm.backbone.resonance import (
     left_behind,
     strongest_resonance,
 )
+from fenics_nnm.backbone.wanted import Followed
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.bifurcations import Bifurcations, bifurcations
@@ -102,13 +102,12 @@ class Judgement:
 def judged(
     model: ReducedModel,
     series: Series,
-    points: Sequence[BranchPoint],
+    found: Followed,
     *,
     flow: Integrator | None,
     mode: int,
     harmonic: int = 1,
     shooting: bool,
-    connected: bool = False,
 ) -> Judgement:
     """The points with return errors, shot motions, internal resonances, families and statuses.
 
@@ -118,14 +117,14 @@ def judged(
     Args:
         model: Reduced model in SI units.
         series: Series that the points are written in.
-        points: Points of a branch of this model.
+        found: Points of a branch of this model.
         flow: What follows its motions in time; None where contact points carry mass.
         mode: Index of the followed mode.
         harmonic: Harmonic that it is written in.
         shooting: Whether to shoot for the true motion near each point.
-        connected: Whether each point was followed continuously from the one before it.
     """
-    of = families(points, series, connected=connected)
+    points = found.points
+    of = families(points, series, connected=found.connected)
     others = np.delete(model.at_rest().omega, mode)
     evidence = [_evidence(flow, series, point, shooting=shooting) for point in points]
     places = [
@@ -134,15 +133,15 @@ def judged(
         )
         for point, number, late in zip(points, of.numbers, of.behind, strict=True)
     ]
-    found = [
+    verdicts = [
         _judged(point, place, each, others, massless=model.massless)
         for point, place, each in zip(points, places, evidence, strict=True)
     ]
     if flow is None or not shooting:
-        return Judgement(tuple(found), Bifurcations(), of.jumps)
+        return Judgement(tuple(verdicts), Bifurcations(), of.jumps)
     witnesses = [each.certificate.witness for each in evidence]
     along = bifurcations(flow, witnesses, reversible=not series.free_phase)
-    return Judgement(tuple(found), along, of.jumps)
+    return Judgement(tuple(verdicts), along, of.jumps)
 
 
 def doubted(points: tuple[BranchPoint, ...], doubt: str) -> tuple[BranchPoint, ...]:
@@ -205,7 +204,7 @@ def internal_resonance(
 class _Evidence:
     """What integration in time, and shooting, say of a point."""
 
-    followed: Followed
+    followed: InTime
     certificate: Certificate
 
 
@@ -250,7 +249,7 @@ def _verdict(point: BranchPoint, place: _Place, evidence: _Evidence, *, massless
     return Verdict(status, reason, place.resonance, confirmed=not doubt, family=place.family)
 
 
-def _failure(point: BranchPoint, followed: Followed) -> str:
+def _failure(point: BranchPoint, followed: InTime) -> str:
     """What shows that the point is no motion of the model, or nothing."""
     balance, returned = point.balance, point.returned
     if balance.virial_error > _LARGEST_EQUATION_ERROR:
@@ -295,7 +294,7 @@ def _doubt(point: BranchPoint, evidence: _Evidence) -> str:
     return f"{missed}; {why}" if missed and why else missed
 
 
-def _doubt_beside_exact_motion(point: BranchPoint, orbit: Orbit, followed: Followed) -> str:
+def _doubt_beside_exact_motion(point: BranchPoint, orbit: Orbit, followed: InTime) -> str:
     returned, change = followed.returned, _change(point, orbit)
     if abs(followed.start_energy) > _VERIFIED_START_ENERGY:
         return _energy_off(followed)
@@ -310,7 +309,7 @@ def _doubt_beside_exact_motion(point: BranchPoint, orbit: Orbit, followed: Follo
     return ""
 
 
-def _doubt_without_exact_motion(followed: Followed) -> str:
+def _doubt_without_exact_motion(followed: InTime) -> str:
     returned = followed.returned
     if followed.failure:
         return f"integration in time gave up: {followed.failure}"
@@ -321,7 +320,7 @@ def _doubt_without_exact_motion(followed: Followed) -> str:
     return ""
 
 
-def _energy_off(followed: Followed) -> str:
+def _energy_off(followed: InTime) -> str:
     return f"the energy of its initial state is {followed.start_energy:+.2%} off"
 
 

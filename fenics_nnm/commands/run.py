@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from fenics_nnm.backbone.branch import Encounter
+    from fenics_nnm.backbone.point import BranchPoint
     from fenics_nnm.run import RunResult
     from fenics_nnm.study import Study
 
@@ -63,8 +65,9 @@ def _run(arguments: argparse.Namespace) -> int:
         console.print(result_table(result, study))
         for encounter in result.branch.encounters:
             show(console, _line(encounter))
-        if result.message:
-            show(console, result.message)
+        for line in (result.message, stability_line(result.branch.points)):
+            if line:
+                show(console, line)
         closing = f"{result.branch.reason}; results in {result.folder}"
         show(console, closing)
     if not result.branch.complete:
@@ -89,9 +92,11 @@ def result_table(result: RunResult, study: Study) -> Table:
     from rich.table import Table
 
     table = Table(title=study.title or None, box=None, padding=(0, 3, 0, 0))
-    for heading in ("gamma ratio", "frequency (Hz)", "ratio", "status"):
-        table.add_column(heading, justify="right", no_wrap=True)
     points = result.branch.points
+    several = any(point.family > 1 for point in points)
+    family = ("family",) if several else ()
+    for heading in ("gamma ratio", "frequency (Hz)", "ratio", "status", *family):
+        table.add_column(heading, justify="right", no_wrap=True)
     reported = [p for p in points if p.gamma_ratio in study.continuation.report_at]
     for point in reported or points[:: max(1, len(points) // 10)]:
         table.add_row(
@@ -99,5 +104,19 @@ def result_table(result: RunResult, study: Study) -> Table:
             f"{point.motion.frequency:.4f}",
             f"{point.frequency_ratio:.5f}",
             point.status,
+            *((str(point.family),) if several else ()),
         )
     return table
+
+
+def stability_line(points: Sequence[BranchPoint]) -> str:
+    """How many motions are unstable without damping, and what holds them; empty if none is."""
+    from fenics_nnm.backbone.point_numbers import damping_needed
+
+    needed = [each for each in map(damping_needed, points) if each > 0]
+    if not needed:
+        return ""
+    return (
+        f"{len(needed)} of {len(points)} motions are unstable without damping; "
+        f"{100 * max(needed):.2g} % of critical damping (ln |mu| / 2 pi) holds all of them"
+    )

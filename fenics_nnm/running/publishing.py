@@ -16,7 +16,7 @@ from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.fields.named import of_branch
 from fenics_nnm.fields.state import write_state
 from fenics_nnm.interrupts import uninterrupted
-from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
+from fenics_nnm.output.pictures.backbone import LinearMode, Places, plot_backbone
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.resume import remove_taken_over
 from fenics_nnm.results.staging import move_results
@@ -97,7 +97,10 @@ def _write_tables(ready: Ready, branch: Branch, summary: dict[str, Any]) -> None
             float(prepared.linear_frequencies[prepared.mode]),
             prepared.linear.model.at_rest().at_one(prepared.mode),
         ),
-        failures=summary["failures"],
-        bifurcations=branch.bifurcations.located,
+        places=Places(
+            bifurcations=branch.bifurcations.located,
+            jumps=[jump.gamma_ratios for jump in branch.jumps],
+            failures=summary["failures"],
+        ),
     )
     write_summary(folder / "summary.json", summary)

@@ -17,10 +17,11 @@ import slepc4py
 import fenics_nnm
 from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.point import VERIFIED
-from fenics_nnm.backbone.point_numbers import return_error
+from fenics_nnm.backbone.point_numbers import damping_needed, return_error
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.running.auto_report import summary_of
+from fenics_nnm.running.families_report import families_in_summary
 from fenics_nnm.structure.coriolis import coriolis_words
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.kinematics_lines import kinematics_words
@@ -85,8 +86,10 @@ def run_summary(
             if p.notes.event
         ],
         "internal_resonances": [asdict(encounter) for encounter in branch.encounters],
+        **families_in_summary(branch, study.continuation.resonances),
         "bifurcations": [_in_summary(each) for each in branch.bifurcations.located],
         "bifurcations_not_located": [list(g) for g in branch.bifurcations.unlocated],
+        "largest_damping_needed": _largest_damping_needed(branch),
         "largest_return_error": _largest_return_error(branch),
         "complete": branch.complete,
         "failures": _failures(prepared, branch),
@@ -147,6 +150,13 @@ def _largest_return_error(branch: Branch) -> float | None:
     return max(errors) if errors and np.all(np.isfinite(errors)) else None
 
 
+def _largest_damping_needed(branch: Branch) -> float | None:
+    """Largest damping ratio that would hold an unstable motion; None if none is known."""
+    needed = np.array([damping_needed(point) for point in branch.points])
+    known = needed[np.isfinite(needed)]
+    return float(known.max()) if known.size else None
+
+
 def _in_summary(bifurcation: Bifurcation) -> dict[str, Any]:
     return {
         "kind": bifurcation.kind,
@@ -169,6 +179,8 @@ def _not_verified(branch: Branch) -> list[dict[str, Any]]:
             "gamma_ratio": point.gamma_ratio,
             "status": point.status,
             "reason": point.reason,
+            "confirmed": point.confirmed,
+            "family": point.family,
         }
         for point in branch.points
         if point.status != VERIFIED

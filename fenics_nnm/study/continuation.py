@@ -185,6 +185,11 @@ class _Branch(Record):
         """Keys that may help where samples are enough."""
         return "another number of mode.harmonics, or fewer reduction.modes, may reach more"
 
+    @property
+    def resonances(self) -> Literal["skip", "follow"]:
+        """What becomes of internal resonances: they are left aside, or followed."""
+        return "skip"
+
     def position_keys(self) -> Iterator[tuple[str, Any]]:
         """Keys and values that the positions of points along the branch depend on."""
         yield "continuation.parameter", "energy"
@@ -315,6 +320,11 @@ class _ByArc(_OverEnergies):
             harmonic=harmonic,
             begin=begin,
         )
+
+    @property
+    def resonances(self) -> Literal["skip", "follow"]:
+        """They are followed."""
+        return "follow"
 
     def position_keys(self) -> Iterator[tuple[str, Any]]:
         """Keys and values that the positions, lengths from the beginning, depend on."""

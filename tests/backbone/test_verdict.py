@@ -12,6 +12,7 @@ from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.periodicity import followed
 from fenics_nnm.backbone.point import GAMMA_RATIO, BranchPoint
 from fenics_nnm.backbone.verdict import WITH_MASS, judged
+from fenics_nnm.backbone.wanted import Followed
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
@@ -47,7 +48,7 @@ def verdict(
     (found,) = judged(
         model,
         BALANCE.series,
-        [point],
+        Followed((point,), (), ""),
         flow=flow or integrator_of(Mechanics.of(model)),
         mode=0,
         shooting=shooting,

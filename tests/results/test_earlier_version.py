@@ -37,13 +37,23 @@ def rows_of(table: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+def status_now(row: dict[str, str]) -> str:
+    """What the earlier version called converged fails where an error above 1 % is expected."""
+    expected = abs(float(row["harmonics_error"])) + abs(float(row["samples_error"]))
+    return FAILED if row["status"] == CONVERGED and expected > 0.01 else row["status"]
+
+
 @pytest.mark.parametrize(("name", "table"), FILES)
 def test_values_are_those_that_the_earlier_version_wrote(
     name: str, table: str, tmp_path: Path
 ) -> None:
     write_backbone(tmp_path / "backbone.csv", points_of(name))
-    written = (EARLIER / table / "backbone.csv").read_text()
-    assert (tmp_path / "backbone.csv").read_text() == written
+    earlier, now = rows_of(EARLIER / table / "backbone.csv"), rows_of(tmp_path / "backbone.csv")
+    assert [{column: row[column] for column in earlier[0]} for row in now] == earlier
+    assert list(now[0])[: len(earlier[0])] == list(earlier[0])
+    for row in now:  # what the earlier version did not know
+        assert row["family"] == ""
+        assert row["confirmed"] == ("yes" if row["status"] == VERIFIED else "no")
 
 
 def test_parts_that_are_known_and_parts_that_are_not() -> None:
@@ -99,7 +109,7 @@ def test_resume_goes_on_from_its_points(
     found, earlier = (
         rows_of(folder / "backbone.csv") for folder in (tmp_path / "out", EARLIER / "finished")
     )
-    assert [row["status"] for row in found] == [row["status"] for row in earlier]
+    assert [row["status"] for row in found] == [status_now(row) for row in earlier]
     assert [row["stability"] for row in found] == [row["stability"] for row in earlier]
     for column in ("gamma_ratio", "frequency_Hz", "energy_J", "shot_frequency_Hz"):
         np.testing.assert_allclose(

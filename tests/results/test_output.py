@@ -52,7 +52,8 @@ HEADER = (
     "reduction_residual,reduction_error,return_error,shot_frequency_Hz,largest_multiplier,"
     "harmonics_error,samples_error,error_remainder,resonance,skipped,event,"
     "return_error_10,energy_variation,energy_drift,tension_m,complementarity,"
-    "shot_distance,shot_return_error,stability,reason,slope_ratio"
+    "shot_distance,shot_return_error,stability,reason,slope_ratio,"
+    "family,confirmed,damping_needed"
 )
 
 

@@ -16,7 +16,7 @@ from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point_numbers import stability_kind
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.output.pictures.backbone import LinearMode, plot_backbone
+from fenics_nnm.output.pictures.backbone import LinearMode, Places, plot_backbone
 from fenics_nnm.time_domain import chord
 from fenics_nnm.time_domain.bifurcations import (
     Bifurcation,
@@ -310,7 +310,7 @@ def test_summary_and_picture(tmp_path: Path) -> None:
             branch.points,
             title="three modes",
             linear=LinearMode(1 / (2 * np.pi)),
-            bifurcations=shown,
+            places=Places(bifurcations=shown),
         )
     assert (tmp_path / "with.png").read_bytes() != (tmp_path / "without.png").read_bytes()
     assert {stability_kind(point) for point in branch.points} == {"stable", COMPLEX, DOUBLING}

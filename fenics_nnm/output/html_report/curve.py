@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.point import MAIN_BRANCH, NO_FAMILY, BranchPoint
+from fenics_nnm.backbone.point_numbers import damping_needed
 from fenics_nnm.output.html_report.elements import (
     Column,
     Html,
@@ -24,7 +25,13 @@ from fenics_nnm.output.html_report.elements import (
 )
 from fenics_nnm.output.html_report.figures import Gallery
 from fenics_nnm.output.html_report.page import Section
-from fenics_nnm.output.html_report.words import aligned, hardening, plain, signed
+from fenics_nnm.output.html_report.words import (
+    aligned,
+    hardening,
+    percent_of_critical,
+    plain,
+    signed,
+)
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.time_domain.stability import STABLE
 
@@ -106,11 +113,14 @@ def _rows(points: Sequence[BranchPoint], chosen: Sequence[int]) -> list[tuple[st
 def _stability(point: BranchPoint) -> str:
     if point.stability is None:
         return "not known"
-    return STABLE if point.stability.kind == STABLE else "unstable"
+    if point.stability.kind == STABLE:
+        return STABLE
+    return f"unstable below {percent_of_critical(point)} of critical damping"
 
 
 def _remark(point: BranchPoint) -> str:
     remarks = (
+        "" if point.family in (NO_FAMILY, MAIN_BRANCH) else f"family {point.family}",
         point.notes.event,
         point.resonance,
         point.notes.skipped and f"beyond {point.notes.skipped}",
@@ -125,7 +135,15 @@ def _kinds_of_instability(points: Sequence[BranchPoint]) -> tuple[Html, ...]:
     if not kinds:
         return ()
     listed = "; ".join(f"{count} with {kind}" for kind, count in kinds.items())
-    return (paragraph(f"Unstable points: {listed}."),)
+    worst = max(points, key=lambda point: np.nan_to_num(damping_needed(point), nan=-1.0))
+    return (
+        paragraph(f"Points that are unstable without damping: {listed}."),
+        paragraph(
+            f"The most unstable one, at gamma ratio {worst.gamma_ratio:.6g}, is held by "
+            f"{percent_of_critical(worst)} of critical damping in all modes: zeta = "
+            "ln |mu| / (2 pi) of its largest multiplier mu."
+        ),
+    )
 
 
 def linear_frequencies(results: Results) -> Section:
@@ -151,6 +169,43 @@ def linear_frequencies(results: Results) -> Section:
         label = f"Modes {_FEW_MODES + 1} to {len(rows)}"
         content += (folded(label, table(columns, rows[_FEW_MODES:], label=label)),)
     return Section("linear", "Linear modes", content)
+
+
+def families(results: Results) -> Section:
+    """Families of motions that the branch met, and where it jumps from one to another."""
+    found = results.summary.get("families", [])
+    columns = (
+        Column("family", "word"),
+        Column("points"),
+        Column("confirmed in time"),
+        Column("gamma ratio (1)"),
+        Column("energy (J)"),
+        Column("frequency (Hz)"),
+    )
+    rows = [
+        (
+            "main branch" if each["family"] == MAIN_BRANCH else str(each["family"]),
+            str(each["points"]),
+            str(each["confirmed"]),
+            *(_span(each[name]) for name in ("gamma_ratio", "energy_J", "frequency_Hz")),
+        )
+        for each in found
+    ]
+    told = [f"{each['words']}." for each in results.summary.get("jumps", [])]
+    told += [f"{sentence}." for sentence in results.summary.get("several_families", [])]
+    content: tuple[Html, ...] = ()
+    if len(rows) > 1 or told:
+        content = (
+            table(columns, rows, label="Families of motions"),
+            *(paragraph(f"{sentence[0].upper()}{sentence[1:]}") for sentence in told),
+        )
+    why = "all points are of one family, and nothing tells of another."
+    return Section("families", "Families of motions", content, _none(results, why))
+
+
+def _span(ends: Sequence[float]) -> str:
+    low, high = (f"{each:.6g}" for each in ends)
+    return low if low == high else f"{low} to {high}"
 
 
 def resonances(results: Results) -> Section:
@@ -234,4 +289,4 @@ def _list(ratios: Sequence[float]) -> str:
 
 
 def _stable(stable: bool) -> str:
-    return "stable" if stable else "unstable"
+    return "stable" if stable else "unstable without damping"

@@ -79,6 +79,7 @@ def _page(
             trust.verdicts(results),
             trust.certificate(results, gallery),
             curve.linear_frequencies(results),
+            curve.families(results),
             curve.resonances(results),
             curve.bifurcations(results),
             *further,

@@ -17,6 +17,7 @@ from fenics_nnm.backbone.point import (
     BranchPoint,
     believable,
 )
+from fenics_nnm.backbone.point_numbers import damping_needed
 from fenics_nnm.output.pictures.backbone import at_gamma_ratio_1
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.time_domain.stability import STABLE
@@ -39,19 +40,24 @@ MEANINGS = {
     VERIFIED: "integration in time, which shares nothing with the harmonics, confirms the motion "
     "and its frequency to 0.1 %",
     CONVERGED: "solves its equations, but is not confirmed in time that tightly",
-    RESONANT: "another mode draws energy from the motion, so its frequency lags below the main "
+    RESONANT: "another mode draws energy from the motion, so its frequency lags behind the main "
     "branch",
-    FAILED: "is no motion of the model: its frequency is not to be trusted",
+    FAILED: "is no motion of the model, or expected to be off by more than 1 %: its frequency is "
+    "not to be trusted",
 }
 
 
 #: What to know of points before their frequencies are used.
 _DOUBTFUL = {
-    FAILED: "failed the check in time: they are no motions of the model, and their frequencies are "
-    "not to be trusted.",
+    FAILED: "failed the check in time, or are expected to be off by more than 1 %: their "
+    "frequencies are not to be trusted.",
     RESONANT: "are inside an internal resonance: another mode draws energy from the motion, so "
-    "their frequencies lag below the main branch.",
+    "their frequencies lag behind the main branch.",
 }
+
+
+#: Most jumps of the frequency that are warned of; all stand under families of motions.
+_MOST_JUMPS = 3
 
 
 def study_of(results: Results) -> Mapping[str, Any]:
@@ -97,6 +103,11 @@ def signed(percent: float) -> str:
     if abs(percent) < 5e-7:
         return "0"
     return f"{percent:+.2f}" if abs(percent) >= 0.1 else f"{percent:+.2g}"
+
+
+def percent_of_critical(point: BranchPoint) -> str:
+    """Damping that would hold an unstable motion, in % of critical damping."""
+    return f"{100 * damping_needed(point):.2g} %"
 
 
 def sentences(results: Results) -> list[str]:
@@ -262,7 +273,16 @@ def _trust(points: Sequence[BranchPoint]) -> str:
     if not known:
         return sentence
     which = "all of them are" if stable == known else f"{stable} {'is' if stable == 1 else 'are'}"
-    return f"{sentence} Stability is known of {known}: {which} stable."
+    return f"{sentence} Stability is known of {known}: {which} stable{_held(points)}."
+
+
+def _held(points: Sequence[BranchPoint]) -> str:
+    """What damping holds those that are not stable without; nothing if all are."""
+    needed = np.array([damping_needed(point) for point in points])
+    largest = float(np.nanmax(needed))
+    if not largest > 0:
+        return ""
+    return f" without damping, all with {100 * largest:.2g} % of critical damping"
 
 
 def warnings(results: Results) -> list[str]:
@@ -277,6 +297,7 @@ def warnings(results: Results) -> list[str]:
     elif not summary["complete"]:
         found.append(f"The run did not get all that was asked for: {summary['reason']}.")
     found += [f"{line}." for line in summary.get("warnings", [])]
+    found += [f"{each['words'][0].upper()}{each['words'][1:]}." for each in _jumps(summary)]
     found += [
         f"At {_place(each)} no motion on the branch was found: {each['reason']}."
         for each in summary.get("failures", [])
@@ -293,6 +314,12 @@ def warnings(results: Results) -> list[str]:
         found.append("No point is verified: see below why.")
     found += _missed_tolerance(summary.get("auto", {}))
     return found
+
+
+def _jumps(summary: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The largest jumps of the frequency between neighbours."""
+    found = summary.get("jumps", [])
+    return sorted(found, key=lambda each: -abs(each["change"]))[:_MOST_JUMPS]
 
 
 def _help_of(auto: dict[str, Any]) -> str:

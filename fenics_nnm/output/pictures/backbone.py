@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,7 +11,14 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.backbone.point import CONVERGED, FAILED, RESONANT, VERIFIED, BranchPoint
+from fenics_nnm.backbone.point import (
+    CONVERGED,
+    FAILED,
+    MAIN_BRANCH,
+    RESONANT,
+    VERIFIED,
+    BranchPoint,
+)
 from fenics_nnm.backbone.point_numbers import stability_kind
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.results import Results
@@ -43,6 +51,20 @@ class LinearMode(NamedTuple):
     at_one: str = "first contact"
 
 
+class Places(NamedTuple):
+    """Where something happens on the way of a branch, or nothing was found.
+
+    Attributes:
+        bifurcations: Bifurcations to mark.
+        jumps: Gamma ratios of neighbours that the frequency jumps between.
+        failures: Gamma or frequency ratios without a point, as in summary.json.
+    """
+
+    bifurcations: Sequence[BifurcationPoint] = ()
+    jumps: Sequence[Sequence[float]] = ()
+    failures: Sequence[Mapping[str, Any]] = ()
+
+
 class Mark(NamedTuple):
     """How points of one kind are drawn."""
 
@@ -66,7 +88,7 @@ _BIFURCATIONS = {
 #: Line style, width and legend of the curve near points that are stable, unstable, or not known.
 _LINES = {
     "stable": ("-", 1.6, "stable"),
-    "unstable": ("--", 1.2, "unstable"),
+    "unstable": ("--", 1.2, "unstable without damping"),
     "": ("-", 0.6, "stability not known"),
 }
 
@@ -88,36 +110,37 @@ def plot_backbone(
     *,
     title: str,
     linear: LinearMode,
-    failures: Sequence[Mapping[str, Any]] = (),
-    bifurcations: Sequence[BifurcationPoint] = (),
+    places: Places = Places(),
     curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
 ) -> None:
     """Frequency over gamma ratio and over energy, with the Rayleigh frequency.
 
-    Half of the way from a point to its neighbours is drawn as the point is: stable or unstable.
+    Half of the way from a point to its neighbours is drawn as the point is: stable or unstable. No
+    line joins neighbours of different families, or such that the frequency jumps between.
 
     Args:
         path: Picture file to write.
         points: Points of the branch, by ascending energy.
         title: Title of the study.
         linear: The linear mode that the branch begins at.
-        failures: Gamma or frequency ratios without a point, as in summary.json.
-        bifurcations: Bifurcations to mark.
+        places: Where something happens.
         curves: Further curves by name, as gamma ratios and frequencies in Hz.
     """
     figure = new_figure(4.4, 9.0)
     left, right = figure.subplots(1, 2, sharey=True)
     ratios, energies = _gamma_ratios(points), _energies(points)
-    _draw(left, ratios, points)
-    _draw(right, energies, points)
-    _draw_bifurcations(left, [place.gamma_ratio for place in bifurcations], bifurcations)
-    _draw_bifurcations(right, [place.energy for place in bifurcations], bifurcations)
+    joined = _joined(points, places.jumps)
+    _draw(left, ratios, points, joined)
+    _draw(right, energies, points, joined)
+    found = places.bifurcations
+    _draw_bifurcations(left, [place.gamma_ratio for place in found], found)
+    _draw_bifurcations(right, [place.energy for place in found], found)
     for axes in (left, right):
         axes.axhline(linear.frequency, color=GREY, lw=0.8, label="linear mode")
     styles = ("k-", "k:", "k-.")
     for (name, (gamma, values)), style in zip((curves or {}).items(), styles, strict=False):
         left.plot(gamma, values, style, lw=1, label=name, zorder=0.5)
-    _draw_failures(left, failures, linear.frequency)
+    _draw_failures(left, places.failures, linear.frequency)
     left.axvline(1, color=GREY, lw=0.8, ls=":", label=linear.at_one)
     label(left, GAMMA, "frequency  (Hz)")
     _set_energy_scale(right, energies)
@@ -158,7 +181,8 @@ def _frequency_plot(
     """One frequency curve; its marks and lines are explained with the one over the gamma ratio."""
     figure = new_figure(3.7)
     axes = new_axes(figure, abscissa_label, "frequency  (Hz)")
-    _draw(axes, abscissa, results.points)
+    jumps = [each["gamma_ratio"] for each in results.summary.get("jumps", [])]
+    _draw(axes, abscissa, results.points, _joined(results.points, jumps))
     if over != "amplitude":
         places = _bifurcations(results.summary)
         attribute = over.replace(" ", "_")
@@ -195,13 +219,40 @@ def _energies(points: Sequence[BranchPoint]) -> Array:
     return np.array([point.motion.energy for point in points])
 
 
-def _draw(axes: Axes, abscissa: Array, points: Sequence[BranchPoint]) -> None:
+def _joined(points: Sequence[BranchPoint], jumps: Sequence[Sequence[float]]) -> list[bool]:
+    """Whether each point is joined to the next: of one family, and without a jump."""
+    parted = {tuple(jump) for jump in jumps}
+    return [
+        one.family == other.family and (one.gamma_ratio, other.gamma_ratio) not in parted
+        for one, other in pairwise(points)
+    ]
+
+
+def _draw(
+    axes: Axes, abscissa: Array, points: Sequence[BranchPoint], joined: Sequence[bool]
+) -> None:
     """The curve by its stability, the points by their status, and the Rayleigh frequency."""
     frequency = np.array([point.motion.frequency for point in points])
-    _draw_stability(axes, abscissa, frequency, [_stability(point) for point in points])
+    _draw_stability(axes, abscissa, frequency, [_stability(point) for point in points], joined)
+    _draw_other_families(axes, abscissa, points)
     _draw_marks(axes, abscissa, frequency, [point.status for point in points], _STATUSES)
-    rayleigh = np.array([point.motion.rayleigh_frequency for point in points])
-    axes.plot(abscissa, rayleigh, "-.", lw=1, color=ORANGE, label="Rayleigh frequency")
+    rayleigh = _broken(np.array([point.motion.rayleigh_frequency for point in points]), joined)
+    places = _broken(abscissa, joined)
+    axes.plot(places, rayleigh, "-.", lw=1, color=ORANGE, label="Rayleigh frequency")
+
+
+def _broken(values: Array, joined: Sequence[bool]) -> Array:
+    """Values with a gap behind each that is not joined to the next."""
+    behind = [index + 1 for index, each in enumerate(joined) if not each]
+    return np.insert(np.asarray(values, dtype=float), behind, np.nan)
+
+
+def _draw_other_families(axes: Axes, x: Array, points: Sequence[BranchPoint]) -> None:
+    """Rings about the points that are not on the main branch."""
+    other = [index for index, point in enumerate(points) if point.family > MAIN_BRANCH]
+    if other:
+        y = [points[index].motion.frequency for index in other]
+        axes.plot(x[other], y, "o", ms=9, mfc="none", mec=GREY, mew=0.7, label="other family")
 
 
 def _draw_bifurcations(
@@ -254,18 +305,22 @@ def _stability(point: BranchPoint) -> str:
     return kind if kind in _LINES else "unstable"
 
 
-def _draw_stability(axes: Axes, x: Array, y: Array, kinds: Sequence[str]) -> None:
+def _draw_stability(
+    axes: Axes, x: Array, y: Array, kinds: Sequence[str], joined: Sequence[bool]
+) -> None:
     """Draw the curve in halves of the ways between points, those of each stability alike."""
     for kind, (style, width, name) in _LINES.items():
-        parts = [_around(i, x, y) for i, each in enumerate(kinds) if each == kind]
+        parts = [_around(i, x, y, joined) for i, each in enumerate(kinds) if each == kind]
         if parts:
             line = np.concatenate(parts)
             axes.plot(line[:, 0], line[:, 1], style, lw=width, color=BLUE, label=name)
 
 
-def _around(index: int, x: Array, y: Array) -> Array:
-    """A point with the middles of the ways to its neighbours, and a gap, shape (4, 2)."""
-    near = [max(index - 1, 0), index, min(index + 1, len(x) - 1)]
+def _around(index: int, x: Array, y: Array, joined: Sequence[bool]) -> Array:
+    """A point with the middles of the ways to those it is joined to, and a gap, shape (4, 2)."""
+    before = index > 0 and joined[index - 1]
+    after = index < len(x) - 1 and joined[index]
+    near = [index - before, index, index + after]
     line = np.column_stack([(x[near] + x[index]) / 2, (y[near] + y[index]) / 2])
     return np.vstack([line, [np.nan, np.nan]])
 

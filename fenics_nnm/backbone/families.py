@@ -95,7 +95,7 @@ class Course:
         linear = np.array([point.is_linear for point in points], dtype=bool)
         own = np.array([point.notes.slope for point in points])
         slope = np.where(linear, 0.0, np.where(np.isnan(own), _smaller_secants(x, y), own))
-        rises = np.array([point.notes.slope_ratio for point in points])
+        rises = np.array([point.rise for point in points])
         rises = np.where(np.isnan(rises), 1.0, rises)
         counts = np.where(rises < STILL, 0.0, np.minimum(rises, 1.0))
         weight = np.where(linear, 0.0, counts * (_widths(x) + 1e-9))

@@ -229,6 +229,15 @@ class BranchPoint:
         return (self.verdict or NOT_JUDGED).family
 
     @property
+    def rise(self) -> float:
+        """`notes.slope_ratio`, and 0 where the frequency is the linear one beyond linear motions.
+
+        There the Jacobian may be singular: motions of two linear modes that do not even touch.
+        """
+        still = not self.is_linear and abs(self.frequency_ratio - 1) <= _LINEAR
+        return 0.0 if still else self.notes.slope_ratio
+
+    @property
     def confirmed(self) -> bool:
         """Whether integration in time confirms the motion and its frequency."""
         return (self.verdict or NOT_JUDGED).confirmed

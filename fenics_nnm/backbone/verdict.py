@@ -172,8 +172,8 @@ class _Place:
 
 def _place(resonance: str, point: BranchPoint, family: int, behind: bool) -> _Place:
     """Where a point is; without a slope energy in a resonance is enough to be inside."""
-    untold = bool(np.isnan(point.notes.slope_ratio))
-    held = behind or point.notes.slope_ratio < STILL
+    untold = bool(np.isnan(point.rise))
+    held = behind or point.rise < STILL
     inside = untold or (family != MAIN_BRANCH and held)
     return _Place(family, resonance, inside=bool(resonance) and inside)
 
@@ -193,7 +193,7 @@ def internal_resonance(
     found = strongest_resonance(model, series, q, omega, mode=mode, harmonic=harmonic)
     if found.entered:
         return str(found)
-    by_mode, slope = q @ model.at_rest().shapes, point.notes.slope_ratio
+    by_mode, slope = q @ model.at_rest().shapes, point.rise
     held = left_behind(series, by_mode, slope, mode=mode, harmonic=harmonic)
     if family == MAIN_BRANCH or not held:
         return ""

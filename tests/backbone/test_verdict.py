@@ -17,6 +17,7 @@ from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.reduction_error import ReductionError
+from fenics_nnm.nonlinear.series_error import SeriesError
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.integrator import Integrator
 from fenics_nnm.time_domain.shooting import OrbitGuess, shoot
@@ -135,6 +136,22 @@ def test_equations_and_reduction_count() -> None:
     assert coarse.status == "converged"
     assert coarse.reason == "the reduction is expected to put its frequency off by -0.20%"
     assert verdict(with_reduction_error(point, 5e-4)).status == "verified"
+
+
+def test_no_point_is_trusted_that_is_expected_to_be_far_off() -> None:
+    """Unless integration in time confirms it; it says nothing of what the reduction leaves out."""
+    point = branch()[-1]
+    off = replace(point.expected, series=SeriesError(1.36, 0.0, 100.0))
+    late = with_motion(point, frequency=point.motion.frequency * 1.002)
+    found = verdict(replace(late, expected=off), shooting=False)
+    assert (found.status, found.confirmed) == ("failed", False)
+    assert found.reason.endswith("expected to put its frequency off by 136.0%")
+    assert verdict(replace(point, expected=off)).status == "verified"
+    near = replace(point.expected, series=SeriesError(0.004, -0.005, 100.0))
+    assert verdict(replace(late, expected=near), shooting=False).status == "converged"
+    for series in (True, False):
+        found = verdict(with_reduction_error(point, 0.011), shooting=series)
+        assert (found.status, found.confirmed) == ("failed", False)
 
 
 def test_integration_that_gives_up_is_a_failure() -> None:

@@ -11,7 +11,7 @@ from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.flow import Flow
 from fenics_nnm.time_domain.shooting import OrbitGuess, ShotMotion, shoot
-from fenics_nnm.time_domain.stability import COMPLEX, DOUBLING, stability
+from fenics_nnm.time_domain.stability import COMPLEX, DOUBLING, damping_needed, stability
 
 MODEL = ReducedModel(
     omega=[1.0, 2.62, 6.31],
@@ -140,3 +140,28 @@ def test_one_mode_alone_is_stable_and_a_failed_motion_has_no_verdict() -> None:
     assert not verdict.stable
     assert verdict.failure == failed.failure
     assert np.isnan(verdict.largest)
+
+
+def test_damping_that_is_needed_is_what_holds_the_motion() -> None:
+    """Meissner's equation x'' + 2 zeta omega x' + k(t) x = 0, k of two values, in closed form."""
+    omega = 1.0
+
+    def largest(zeta: float) -> float:
+        period = 2 * np.pi / omega
+        whole = np.eye(2)
+        for stiffness in (0.35, 0.15):  # omega is twice the mean natural frequency
+            held = np.sqrt(stiffness - (zeta * omega) ** 2)
+            c, s = np.cos(held * period / 2), np.sin(held * period / 2) / held
+            d = zeta * omega
+            half = np.array([[c + d * s, s], [-stiffness * s, c - d * s]])
+            whole = np.exp(-d * period / 2) * half @ whole
+        return float(np.abs(np.linalg.eigvals(whole)).max())
+
+    grows = largest(0.0)
+    needed = damping_needed(grows)
+    assert grows > 1.1
+    assert needed == pytest.approx(np.log(grows) / (2 * np.pi))
+    assert largest(needed) == pytest.approx(1, abs=2 * needed**2)
+    assert largest(0.9 * needed) > 1 + needed / 3
+    assert damping_needed(1.0) == damping_needed(0.5) == 0
+    assert np.isnan(damping_needed(float("nan")))

@@ -15,7 +15,7 @@ of one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -73,7 +73,7 @@ class Course:
         y: ln of the frequency ratios, shape (p,).
         slope: Slopes dy / dx; where they are not known the smaller one of those to both neighbours,
             0 if they have other signs.
-        mild: What a slope is to be multiplied by to be no steeper than that of the mode alone.
+        mild: The slopes, none steeper than that of the followed mode alone.
         weight: What a point counts as a link of the main branch; 0 for no link.
         linear: Which motions are linear, without contact.
         connected: Whether each point was followed continuously from the one before it.
@@ -99,15 +99,15 @@ class Course:
         rises = np.where(np.isnan(rises), 1.0, rises)
         counts = np.where(rises < STILL, 0.0, np.minimum(rises, 1.0))
         weight = np.where(linear, 0.0, counts * (_widths(x) + 1e-9))
-        return cls(x, y, slope, 1 / np.maximum(rises, 1.0), weight, linear, connected)
+        return cls(x, y, slope, slope / np.maximum(rises, 1.0), weight, linear, connected)
 
     def expected(self, i: int, j: int) -> Expected:
         """Between what ln f is expected to change from a point to a later one."""
-        if self.linear[i] != self.linear[j]:
-            end = j if self.linear[i] else i
-            return _from_grazing(float(self.slope[end] * self.x[end]) * (1 if end == j else -1))
-        ends = sorted(float(self.slope[k] * (self.x[j] - self.x[i])) for k in (i, j))
-        return Expected(*ends)
+        return self._expected(i, j, self.slope)
+
+    def mildly(self, i: int, j: int) -> Expected:
+        """The same with slopes no steeper than that of the followed mode alone."""
+        return self._expected(i, j, self.mild)
 
     def change(self, i: int, j: int) -> float:
         """Change of ln f from a point to another one."""
@@ -137,16 +137,19 @@ class Course:
     def between(self, i: int, j: int, k: int) -> float:
         """Ln f at point k on the cubic through two points with their slopes; nan outside."""
         width = self.x[j] - self.x[i]
-        if width <= 0 or not self.x[i] <= self.x[k] <= self.x[j]:
+        t = (self.x[k] - self.x[i]) / width if width else -1.0
+        if not 0 <= t <= 1:
             return float("nan")
-        t = (self.x[k] - self.x[i]) / width
         values = (2 * t**3 - 3 * t**2 + 1) * self.y[i] + (3 * t**2 - 2 * t**3) * self.y[j]
         first, last = (t**3 - 2 * t**2 + t) * self.slope[i], (t**3 - t**2) * self.slope[j]
         return float(values + width * (first + last))
 
-    def mildly(self, i: int, j: int) -> Expected:
-        """The same with slopes no steeper than that of the followed mode alone."""
-        return replace(self, slope=self.slope * self.mild).expected(i, j)
+    def _expected(self, i: int, j: int, slope: Array) -> Expected:
+        if self.linear[i] != self.linear[j]:
+            end, sense = (j, 1) if self.linear[i] else (i, -1)
+            return _from_grazing(sense * float(slope[end] * self.x[end]))
+        ends = sorted(float(slope[k] * (self.x[j] - self.x[i])) for k in (i, j))
+        return Expected(*ends)
 
     def _far(self, i: int, j: int) -> bool:
         return bool(abs(self.x[j] - self.x[i]) > _FARTHEST)

@@ -16,11 +16,14 @@ _MOST_TOLD = 3
 
 #: What else there is where a run passed an internal resonance, by how it deals with them.
 _ELSEWHERE = {
-    "skip": 'it was left aside; where its motions lead shows continuation.internal_resonance = "fo'
-    'llow"',
-    "follow": "it was followed wherever it leads; the main branch beside it shows "
-    'continuation.internal_resonance = "skip"',
+    "skip": "this run leaves their motions aside where it can; "
+    'continuation.internal_resonance = "follow" shows where they lead',
+    "follow": "this run goes where they lead; "
+    'continuation.internal_resonance = "skip" shows the main branch beside them',
 }
+
+#: Most resonances that are named.
+_MOST_NAMED = 3
 
 logger = logging.getLogger(__name__)
 
@@ -78,15 +81,15 @@ def _at_one_energy(points: Sequence[BranchPoint]) -> list[str]:
 
 def _passed(branch: Branch, way: str) -> list[str]:
     """What else there may be at the energies of internal resonances that the branch passed."""
+    met = branch.encounters
+    if not met:
+        return []
+    named = ", ".join(f"{each.name} near {each.frequency:.6g} Hz" for each in met[:_MOST_NAMED])
+    more = f" and {len(met) - _MOST_NAMED} more" if len(met) > _MOST_NAMED else ""
     return [
-        f"several families of motions exist about {each.name} near {each.frequency:.6g} Hz: "
+        f"there are further families of motions about internal resonances ({named}{more}): "
         f"{_ELSEWHERE[way]}"
-        for each in branch.encounters[:1]
-    ] + _others_passed(len(branch.encounters) - 1)
-
-
-def _others_passed(count: int) -> list[str]:
-    return [f"so they do about {count} further internal resonances"] if count > 0 else []
+    ]
 
 
 def _reach(each: Reach) -> dict[str, Any]:

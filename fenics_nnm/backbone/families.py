@@ -5,11 +5,11 @@ x = ln gamma apart by d, are expected to differ in ln f by what lies between s_1
 they differ by something else, then they are of two families, or of two ways of one.
 
 The *main branch* is what lets internal resonances aside: of all chains of points of which each
-follows from the one before it, that which leads farthest, a point in which the frequency hardly
-rises counting for less; points where it stands still are no links. A point between two links is on
-the main branch if its frequency is within 1e-3 of the cubic through both with their slopes. Motions
-without contact belong to it. All others are of other families, those that follow from each other
-of one.
+follows from the one before it, that which leads farthest, a point where the frequency rises by
+little counting for less; points where it hardly rises, or stands still, are no links. A point
+between two links is on the main branch if its frequency is within 2e-3 of the cubic through both
+with their slopes. Motions without contact belong to it. All others are of other families, those
+that follow from each other of one.
 """
 
 from __future__ import annotations
@@ -22,11 +22,19 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.family_jumps import Jump, contacts
 from fenics_nnm.backbone.point import MAIN_BRANCH, BranchPoint
-from fenics_nnm.backbone.resonance import STILL
+from fenics_nnm.backbone.resonance import LAGS, STILL
 from fenics_nnm.mechanics.fourier import Series
 
-#: Frequencies that agree to this part, and to a part of the expected change, agree.
-SAME_FREQUENCY, _OF_CHANGE = 1e-3, 0.05
+#: Frequencies that differ by more than this part are not the same.
+SAME_FREQUENCY = 1e-3
+
+#: A point follows from another one, or is on the main branch, to this part of its frequency, and to
+#: a part of the expected change.
+_FOLLOWS, _OF_CHANGE = 2e-3, 0.05
+
+#: A point whose frequency rises by less than this part of that of the followed mode alone, and less
+#: than half as much as is usual on the branch, is no link of the main branch.
+_HARDLY = 0.25
 
 #: Of points that are farther apart in ln gamma nothing is said.
 _FARTHEST = 0.5
@@ -50,7 +58,7 @@ class Expected:
     @property
     def tolerance(self) -> float:
         """How far outside a change may be."""
-        return SAME_FREQUENCY + _OF_CHANGE * max(abs(self.low), abs(self.high))
+        return _FOLLOWS + _OF_CHANGE * max(abs(self.low), abs(self.high))
 
     def inner(self) -> Expected:
         """The middle half of it."""
@@ -73,6 +81,7 @@ class Course:
         y: ln of the frequency ratios, shape (p,).
         slope: Slopes dy / dx; where they are not known the smaller one of those to both neighbours,
             0 if they have other signs.
+        rise: Slopes over those of the followed mode alone, 1 where they are not known.
         mild: The slopes, none steeper than that of the followed mode alone.
         weight: What a point counts as a link of the main branch; 0 for no link.
         linear: Which motions are linear, without contact.
@@ -82,6 +91,7 @@ class Course:
     x: Array
     y: Array
     slope: Array
+    rise: Array
     mild: Array
     weight: Array
     linear: Array
@@ -95,11 +105,11 @@ class Course:
         linear = np.array([point.is_linear for point in points], dtype=bool)
         own = np.array([point.notes.slope for point in points])
         slope = np.where(linear, 0.0, np.where(np.isnan(own), _smaller_secants(x, y), own))
-        rises = np.array([point.rise for point in points])
-        rises = np.where(np.isnan(rises), 1.0, rises)
-        counts = np.where(rises < STILL, 0.0, np.minimum(rises, 1.0))
+        rise = np.array([point.rise for point in points])
+        rise = np.where(np.isnan(rise) | linear, 1.0, rise)
+        counts = np.where(rise < _least(rise[~linear]), 0.0, np.minimum(rise, 1.0))
         weight = np.where(linear, 0.0, counts * (_widths(x) + 1e-9))
-        return cls(x, y, slope, slope / np.maximum(rises, 1.0), weight, linear, connected)
+        return cls(x, y, slope, rise, slope / np.maximum(rise, 1.0), weight, linear, connected)
 
     def expected(self, i: int, j: int) -> Expected:
         """Between what ln f is expected to change from a point to a later one."""
@@ -116,13 +126,15 @@ class Course:
     def follows(self, i: int, j: int) -> bool:
         """Whether a later point is where the family of an earlier one is expected.
 
-        Over points in between it is to be nearer to what the mean of both slopes says, of which
-        none is taken steeper than that of the followed mode alone: where a resonance has been left
-        it is, for a little while.
+        Where the frequency of one of them hardly rises it is to be nearer to what the mean of both
+        slopes says; so it is over points in between, and with slopes no steeper than that of the
+        followed mode alone: where a resonance has been left they are, for a little while.
         """
         if self._far(i, j) or (self.connected and j == i + 1):
             return j == i + 1
-        expected = self.expected(i, j) if j == i + 1 else self.mildly(i, j).inner()
+        expected = self.expected(i, j) if j == i + 1 else self.mildly(i, j)
+        if j > i + 1 or min(self.rise[i], self.rise[j]) < LAGS:
+            expected = expected.inner()
         return expected.miss(self.change(i, j)) <= expected.tolerance
 
     def jumps(self, i: int) -> bool:
@@ -141,7 +153,7 @@ class Course:
         if not 0 <= t <= 1:
             return float("nan")
         values = (2 * t**3 - 3 * t**2 + 1) * self.y[i] + (3 * t**2 - 2 * t**3) * self.y[j]
-        first, last = (t**3 - 2 * t**2 + t) * self.slope[i], (t**3 - t**2) * self.slope[j]
+        first, last = (t**3 - 2 * t**2 + t) * self.mild[i], (t**3 - t**2) * self.mild[j]
         return float(values + width * (first + last))
 
     def _expected(self, i: int, j: int, slope: Array) -> Expected:
@@ -227,7 +239,7 @@ def _on_main(course: Course, links: list[int], k: int) -> bool:
     if not 0 < after < len(links):
         return False
     expected = course.between(links[after - 1], links[after], k)
-    return bool(abs(course.y[k] - expected) <= SAME_FREQUENCY)
+    return bool(abs(course.y[k] - expected) <= _FOLLOWS)
 
 
 def _behind(course: Course, links: list[int], k: int) -> bool:
@@ -262,6 +274,12 @@ def _from_grazing(change: float) -> Expected:
     """From the end of the linear motions, with the change that the slope beyond it says."""
     ends = sorted((0.0, _KINK * change))
     return Expected(*ends)
+
+
+def _least(rise: Array) -> float:
+    """The rise that a link of the main branch has at least: a part of what is usual there."""
+    usual = float(np.median(rise)) if len(rise) else 1.0
+    return max(STILL, min(_HARDLY, usual / 2))
 
 
 def _smaller_secants(x: Array, y: Array) -> Array:

@@ -31,7 +31,7 @@ STILL, _TRACE = 0.1, 1e-12
 
 #: With less than this part it lags behind the main branch, where it is off that already and
 #: something else has more than `_INSIDE` of the energy.
-_LAGS = 0.5
+LAGS = 0.5
 
 #: A resonance with more than this part of the energy of whatever else has most of it is named.
 _MAIN_PART = 0.5
@@ -140,7 +140,7 @@ def left_behind(
         harmonic: Its harmonic.
     """
     least = _TRACE if slope_ratio < STILL else _INSIDE
-    return slope_ratio < _LAGS and largest_share(series, q, mode, harmonic) > least
+    return slope_ratio < LAGS and largest_share(series, q, mode, harmonic) > least
 
 
 def largest_share(series: Series, q: Array, mode: int, harmonic: int = 1) -> float:

@@ -102,9 +102,9 @@ def run_summary(
 
 
 def _coriolis(linear: Linear, mode: int) -> dict[str, str]:
-    """What Coriolis forces would change; nothing where there are none."""
+    """What Coriolis forces would change; nothing without them, or where modes are about contact."""
     words = coriolis_words(linear.coriolis, linear.modes, mode)
-    return {"coriolis": words} if words else {}
+    return {"coriolis": words} if words and not linear.model.at_rest().closed.any() else {}
 
 
 def _at_rest(rest: RestState, mode: int) -> dict[str, Any]:

@@ -134,14 +134,14 @@ class ScatteredValues:
     def at(self, places: Array) -> tuple[Array, Array]:
         """Values at places (m, 3), and how far these are outside of the points in m, each (m,)."""
         own = places[:, self.axes]
-        values, beyond = self.between(own), np.zeros(len(own))
-        outside = np.flatnonzero(np.isnan(values))
-        if len(outside):
-            beyond[outside] = self.hull.beyond(own[outside])
-            values[outside] = self.between(self.hull.pulled(own[outside]))
-        missed = np.flatnonzero(np.isnan(values))
-        if len(missed):
-            values[missed] = self.nearest(own[missed])
+        beyond = self.hull.beyond(own)
+        outside = np.flatnonzero(beyond)
+        own[outside] = self.hull.pulled(own[outside])
+        values = self.between(own)
+        edge = np.flatnonzero(np.isnan(values))  # outside by round-off
+        values[edge] = self.between(self.hull.pulled(own[edge]))
+        missed = edge[np.isnan(values[edge])]
+        values[missed] = self.nearest(own[missed])
         return values, beyond
 
 

@@ -36,6 +36,20 @@ def test_least_ratio(lowest: float, found: float) -> None:
     ksp.destroy()
 
 
+def test_a_bound_that_is_enough_ends_the_search() -> None:
+    """It is a bound still: what is above it is positive definite, what is not is searched on."""
+    spread = np.linspace(0.5, 2.5, 400)
+    ksp = PETSc.KSP().create(MPI.COMM_SELF)
+    ksp.setOperators(_diagonal(np.ones(400)))
+    use_mumps(ksp)
+    factorise(ksp)
+    closer, enough = (least_ratio(_diagonal(spread), ksp, each) for each in (np.inf, 0.2))
+    assert 0.2 < enough < closer <= 0.5
+    soft = np.r_[0.15, spread[1:]]
+    assert 0.15 * 0.9 <= least_ratio(_diagonal(soft), ksp, 0.2) <= 0.15
+    ksp.destroy()
+
+
 def _diagonal(values: Array) -> PETSc.Mat:
     rows = np.arange(len(values) + 1, dtype=np.int32)
     matrix = PETSc.Mat().createAIJ((len(values),) * 2, csr=(rows, rows[:-1], values))

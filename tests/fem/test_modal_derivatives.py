@@ -114,6 +114,22 @@ def test_third_derivatives_along_masters(base: dict[str, Any], changes: dict[str
     assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max())
 
 
+def test_static_displacements_are_made_once_for_the_same_masters() -> None:
+    """Also where a model is made again with other contact points, and other functions."""
+    solid = solid_of(BEAM, mesh={"elements": [1, 1, 1]})
+    phi = np.random.default_rng(7).normal(size=(solid.owned, 2))
+    forces, made = BodyForces(solid), []
+
+    def static(columns: np.ndarray) -> np.ndarray:
+        made.append(columns)
+        return 2 * columns
+
+    for shapes in (phi, phi.copy(), phi[:, :1], phi[:, :1]):
+        found = forces.remembering(lambda columns: static(columns))(forces.second(shapes))
+        assert found == pytest.approx(2 * forces.second(shapes), rel=1e-15)
+    assert [each.shape[1] for each in made] == [3, 1]
+
+
 def test_a_bending_cantilever_draws_its_tip_in() -> None:
     """By 0.580972, 4.052175, 9.662361 a^2 / L in modes 1, 2, 3 of tip amplitude a."""
     for mode, exact in enumerate((0.580972, 4.052175, 9.662361)):

@@ -141,8 +141,7 @@ class QuadraticClosing:
         """Harmonics of (Phi + Theta q)^T lambda, shape (c, J)."""
         at = np.flatnonzero(force.any(axis=1))
         moved = series.synthesis[at] @ q[:, self.masters]
-        stiffness = np.tensordot(force[at], self.Theta, 1)
-        whole = linear.copy()
+        whole, stiffness = linear.copy(), self._bent(force[at])
         whole[:, self.masters] += series.analysis[:, at] @ _times(stiffness, moved)
         return whole
 
@@ -151,7 +150,7 @@ class QuadraticClosing:
         at, own = forces.samples, self.masters
         moved = series.synthesis[at] @ q[:, own]
         stiffness = self._turned_stiffness(Phi, forces, moved)
-        stiffness[:, own[:, None], own] += np.tensordot(forces.force[at], self.Theta, 1)
+        stiffness[:, own[:, None], own] += self._bent(forces.force[at])
         return sampled_tangent(series.analysis[:, at], series.synthesis[at], stiffness)
 
     def _turned_stiffness(self, Phi: Array, forces: ContactForces, moved: Array) -> Array:
@@ -182,7 +181,7 @@ class QuadraticClosing:
     def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
         """Part of `tangent` with lambda . Theta, among the masters, shape (c, k, c, k)."""
         at = forces.samples
-        bent = np.tensordot(forces.force[at], self.Theta, 1)
+        bent = self._bent(forces.force[at])
         return tangent_of_few(series.analysis[:, at], series.synthesis[at], bent)
 
     def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
@@ -199,8 +198,13 @@ class QuadraticClosing:
     def stiffened(self, linear: Array, force: Array) -> Array:
         """Stiffnesses of shape (.., J, J), and lambda . Theta of forces of shape (.., n_c)."""
         whole = linear.copy()
-        whole[..., self.masters[:, None], self.masters] += np.tensordot(force, self.Theta, 1)
+        whole[..., self.masters[:, None], self.masters] += self._bent(force)
         return whole
+
+    def _bent(self, force: Array) -> Array:
+        """lambda . Theta of forces of shape (.., n_c), shape (.., k, k)."""
+        points, k = self.Theta.shape[:2]
+        return (force @ self.Theta.reshape(points, k**2)).reshape(*force.shape[:-1], k, k)
 
     def _by_pairs(self, one: Array, other: Array) -> Array:
         """x^T Theta y of vectors (s, k), shape (s, n_c)."""

@@ -28,7 +28,7 @@ for static modal derivatives; S. Jain, P. Tiso, J. B. Rutzmoser, D. J. Rixen, Co
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import permutations
 
 import numpy as np
@@ -76,6 +76,7 @@ class SecondOrder:
     alpha: Array
     beta: Array
     D: Array
+    _forces: tuple[MasterForce, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         masters = np.array(self.masters, dtype=np.int64)
@@ -87,6 +88,8 @@ class SecondOrder:
             object.__setattr__(self, name, value)
         self._check_shapes()
         self._check_symmetry()
+        stiffness = PolynomialStiffness(self.masters, self.alpha, self.beta)
+        object.__setattr__(self, "_forces", (stiffness, InertialForce(self.masters, self.D)))
 
     @property
     def count(self) -> int:
@@ -101,8 +104,7 @@ class SecondOrder:
     @property
     def forces(self) -> tuple[MasterForce, ...]:
         """Polynomial stiffness, and inertia of the second-order displacement."""
-        stiffness = PolynomialStiffness(self.masters, self.alpha, self.beta)
-        return stiffness, InertialForce(self.masters, self.D)
+        return self._forces
 
     @property
     def inertia(self) -> Inertia:

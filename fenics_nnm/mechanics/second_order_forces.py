@@ -31,11 +31,17 @@ class PolynomialStiffness:
     alpha: Array
     beta: Array
     _coupled: Array = field(init=False, repr=False, compare=False)
+    _by_master: Array = field(init=False, repr=False, compare=False)
+    _of_master: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        coupled = self.alpha.copy()
+        coupled, k = self.alpha.copy(), len(self.masters)
         coupled[self.masters] = 0.0
+        # derivatives 2 alpha_ajk q_k by master j, and of what acts on master j, rows k
+        by_master, of_master = (2 * each.transpose(2, 0, 1) for each in (self.alpha, coupled))
         object.__setattr__(self, "_coupled", coupled)
+        object.__setattr__(self, "_by_master", by_master.reshape(k, -1))
+        object.__setattr__(self, "_of_master", of_master.swapaxes(1, 2).reshape(k, -1))
 
     def harmonics(self, motion: SampledMotion) -> Array:
         """Harmonics of the force, shape (c, J)."""
@@ -57,12 +63,14 @@ class PolynomialStiffness:
         samples, k, own = CubicSamples.of(motion.series), len(self.masters), self.masters
         c, modes = motion.q.shape
         masters, shared = self._sampled(samples, motion.q)
-        # (n, n', j): harmonics n of the products of harmonic n' with master j
-        products = samples.tangent(masters[None, :, None, :], motion.omega)[:, 0]
-        columns = np.tensordot(2 * products, self.alpha, (2, 2)).transpose(0, 2, 1, 3)
         slopes = 2 * shared + 3 * self._squared(_pairs(masters))
-        columns[:, own] += samples.tangent(slopes[None], motion.omega)
-        rows = np.tensordot(2 * products, self._coupled, (2, 2)).transpose(0, 3, 1, 2)
+        both = np.concatenate([masters[:, None], slopes], axis=1)
+        found = samples.tangent(both[None], motion.omega)
+        # harmonics n of the products of harmonic n' with master j, by (n, n'), j
+        products = found[:, 0].reshape(c**2, k)
+        columns = (products @ self._by_master).reshape(c, c, modes, k).swapaxes(1, 2)
+        columns[:, own] += found[:, 1:]
+        rows = (products @ self._of_master).reshape(c, c, k, modes).swapaxes(1, 2)
         return MasterTangent(own, columns.reshape(c * modes, -1), rows.reshape(c * k, -1))
 
     def by_omega(self, motion: SampledMotion) -> Array:
@@ -106,9 +114,10 @@ class PolynomialStiffness:
     def _slopes(self, q: Array) -> tuple[Array, Array]:
         """Derivatives of the force by masters (s, J, k), and of that on masters by others."""
         masters, own = q[:, self.masters], self.masters
-        by_master = 2 * np.tensordot(masters, self.alpha, (1, 2))
-        by_master[:, own] += 2 * self._coupling(q) + 3 * self._squared(_pairs(q[:, self.masters]))
-        return by_master, 2 * np.tensordot(masters, self._coupled, (1, 2)).swapaxes(1, 2)
+        states, modes, k = len(q), len(self.alpha), len(own)
+        by_master = (masters @ self._by_master).reshape(states, modes, k)
+        by_master[:, own] += 2 * self._coupling(q) + 3 * self._squared(_pairs(masters))
+        return by_master, (masters @ self._of_master).reshape(states, k, modes)
 
     def _potentials(self, q: Array) -> Array:
         """Potentials of states (s, J), shape (s,)."""
@@ -128,7 +137,8 @@ class PolynomialStiffness:
 
     def _coupling(self, q: Array) -> Array:
         """sum_a alpha_ajk q_a over what is no master, shape (s, k, k)."""
-        return np.tensordot(q, self._coupled, 1)
+        k = len(self.masters)
+        return (q @ self._coupled.reshape(-1, k**2)).reshape(-1, k, k)
 
     def _squared(self, pairs: Array) -> Array:
         """beta_ijkl q_k q_l, shape (s, k, k)."""

@@ -103,7 +103,7 @@ class _BentCondensation:
         """V q: free displacements of the pairs, shape (.., P)."""
         base, masters = self.base, self.bending.masters
         at_samples = base.series.synthesis[base.forces.samples] @ q[:, :, masters]
-        turned = np.einsum("rpk,pk->rp", at_samples[:, base.sample], self.bending.turned)
+        turned = np.sum(at_samples[:, base.sample] * self.bending.turned, axis=2)
         return base.moved(q) + turned
 
     def pushed(self, pairs: Array) -> Array:
@@ -111,6 +111,5 @@ class _BentCondensation:
         base, masters = self.base, self.bending.masters
         found = base.pushed(pairs)
         analysis = base.series.analysis[:, base.forces.samples[base.sample]]
-        turned = (analysis[None] * pairs[:, None, :]) @ self.bending.turned
-        found[:, :, masters] += turned
+        found[:, :, masters] += analysis @ (pairs[:, :, None] * self.bending.turned)
         return found

@@ -87,8 +87,8 @@ class Cascade:
         """Solve at a gamma ratio, with the help of a neighbouring point where that is better.
 
         Starting from the coarsest level at this energy alone finds the branch afresh; where it
-        fails, or ends in an internal resonance, motions of nearby frequencies and the levels of
-        the neighbour guide it. Of several motions the one that keeps most of its energy in the
+        fails, the levels of the neighbour guide it, and where that is not enough, or it ends in an
+        internal resonance, motions of nearby frequencies, too. Of several motions the one that keeps most of its energy in the
         followed mode is taken. An energy that is tried again, from another neighbour, keeps what
         does not depend on it.
         """
@@ -101,12 +101,15 @@ class Cascade:
             forget_oldest(self._alone, _TRIED)
         if not self.selection.doubtful(alone, neighbour):
             return alone
+        found = [alone]
+        if neighbour is not None:
+            found.append(self._level_by_level(position, neighbour))
+        if alone.finest is None and not self.selection.doubtful(found[-1], neighbour):
+            return self.selection.best(found, neighbour)
         if position not in self._beside:
             self._beside[position] = self._through_frequency(alone).light()
             forget_oldest(self._beside, _TRIED)
-        found = [alone, self._beside[position]]
-        if neighbour is not None:
-            found.append(self._level_by_level(position, neighbour))
+        found.insert(1, self._beside[position])
         return self.selection.best(found, neighbour)
 
     def restored(self, position: float, finest: Solution) -> CascadeSolution:
@@ -134,6 +137,9 @@ class Cascade:
         solutions: list[Solution | None] = [alone]
         attempt = _Attempt(alone, "" if alone else "the single-mode problem has no solution")
         for level in self.levels[1:]:
+            if level is not self.levels[-1] and self._leads_straight(alone):
+                solutions.append(None)
+                continue
             starts = guesses(self.levels, solutions, gamma_ratio, neighbour)
             attempt = _Attempt(failure="no level below has a solution")
             for guess in starts:
@@ -152,6 +158,11 @@ class Cascade:
             failure=attempt.failure,
             refused=attempt.refused,
         )
+
+    def _leads_straight(self, alone: Solution | None) -> bool:
+        """Whether the finest level can start at the coarsest: forces are smooth without contact."""
+        smooth = bool(self.levels[0].equations.mechanics.forces)
+        return smooth and alone is not None and not alone.forces.force.any()
 
     def _through_frequency(self, alone: CascadeSolution) -> CascadeSolution:
         """The same levels with a finest motion found through motions of nearby frequencies."""

@@ -67,6 +67,8 @@ def _response(arguments: argparse.Namespace) -> int:
         show(console, line)
     for reason in short_of(found.backbone):
         show(console, f"damped backbone: {reason}")
+    if done.message:
+        show(console, done.message)
     show(console, f"results in {folder}")
     missing = list(incomplete(found))
     if comm.rank == 0:

@@ -99,7 +99,7 @@ def interrupted(folder: Path) -> list[Path]:
     return sorted(found, key=lambda each: int(each.name[len(_PREFIX) :]))
 
 
-def stored(folder: Path, but: Path) -> list[tuple[Path, StoredResponse]]:
+def stored(folder: Path, but: Path | None = None) -> list[tuple[Path, StoredResponse]]:
     """Responses that one can go on from: interrupted ones, most levels first, then the finished.
 
     Args:

@@ -19,6 +19,7 @@ from fenics_nnm.results.response_file import StoredResponse, with_signs
 from fenics_nnm.results.resume import difference
 from fenics_nnm.study import Study
 from fenics_nnm.study.leaves import leaves
+from fenics_nnm.study.resolution import Resolution
 
 #: Sections that may differ: they change no motion, or, as units, nothing once the study is read.
 _FREE = ("title", "length_unit", "continuation", "output")
@@ -48,6 +49,19 @@ def going_on(
             return pair
     if found:
         raise StudyError(f"{found[0][0]}: is of another study: {differences[0]}")
+    return None
+
+
+def numbers_of(found: list[tuple[Path, StoredResponse]], text: str) -> Resolution | None:
+    """Harmonics, samples and modes of the first response of a study; None if there is none.
+
+    Args:
+        found: Stored responses with their files.
+        text: Text of the study file.
+    """
+    for _, each in found:
+        if not difference(each.header.study, text, _leaves):
+            return each.header.resolution
     return None
 
 

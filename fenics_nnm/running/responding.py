@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -20,24 +20,21 @@ from fenics_nnm.fields.files import write_motions
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.output.response_lines import incomplete, pieces, short_of
 from fenics_nnm.output.response_report import write_response
+from fenics_nnm.resolution.driven_auto import driven_choice
 from fenics_nnm.response.levels import Response
 from fenics_nnm.response.reported import reported
 from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.results import response_file, response_folder
 from fenics_nnm.results.header import BranchHeader
 from fenics_nnm.results.response_folder import Workplace
-from fenics_nnm.results.response_resume import going_on, known_levels
+from fenics_nnm.results.response_resume import going_on, known_levels, numbers_of
 from fenics_nnm.running.run_summary import versions
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.driven import (
-    driven_linear,
-    driven_motions,
-    reported_frequencies,
-    structure_from,
-)
+from fenics_nnm.structure.driven import assert_drivable, driven_motions, reported_frequencies
 from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.study import Study
 from fenics_nnm.study.inputs import input_digests
+from fenics_nnm.study.resolution import Resolution
 
 logger = logging.getLogger(__name__)
 
@@ -68,10 +65,12 @@ class Responded:
     Attributes:
         structure: The driven structure.
         found: Its motions.
+        message: The numbers found for "auto" in a line; empty where all were given.
     """
 
     structure: DrivenStructure
     found: Response
+    message: str = ""
 
 
 def respond(job: ResponseJob, folder: Path) -> Responded:
@@ -80,9 +79,12 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
     Raises:
         NonlinearModeError: if the study cannot be driven, or the results not be written.
     """
-    study, comm = job.study, job.comm
-    linear = driven_linear(study, comm, job.stages)
-    structure = structure_from(study, linear.basis)
+    comm, asked = job.comm, job.study
+    assert_drivable(asked, "response")
+    earlier = on_root(comm, _numbers_before, job, folder)
+    chosen = driven_choice(asked, comm, job.stages, found=earlier)
+    linear, structure, study = chosen.linear, chosen.structure, chosen.study
+    job = replace(job, study=study)
     if study.response and study.response.report_at and not linear.has_mesh:
         raise StudyError("response.report_at: has no effect: matrices have no ParaView files")
     inputs = on_root(comm, input_digests, study)
@@ -92,9 +94,18 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
         known = led(comm, data.blocks, partial(_begun, job, place, header, structure, data))
         found = on_root(comm, _solved, job, place, structure, known)
         with job.stages.stage("output"):
+            lines = [line for line in (chosen.line(found), *_lines(found)) if line]
+            on_root(comm, response_file.finish, place.file, found, lines)
             _write_fields(job, place, linear, header, found)
             on_root(comm, _publish, job, place, structure, found)
-    return Responded(structure, found)
+    return Responded(structure, found, chosen.line(found))
+
+
+def _numbers_before(job: ResponseJob, folder: Path) -> Resolution | None:
+    """Numbers that an earlier response of the study has found for "auto", if it goes on."""
+    if not (job.resume and job.study.automatic):
+        return None
+    return numbers_of(response_folder.stored(folder), job.text)
 
 
 def _header(
@@ -169,7 +180,6 @@ def _write_fields(
     job: ResponseJob, place: Workplace, linear: DrivenLinear, header: BranchHeader, found: Response
 ) -> None:
     """Write ParaView files of the motions that are asked for, if there is a mesh."""
-    on_root(job.comm, response_file.finish, place.file, found, _lines(found))
     numbers = reported(found, reported_frequencies(job.study))
     if not linear.has_mesh or not numbers:
         return

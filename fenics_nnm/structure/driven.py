@@ -61,7 +61,9 @@ def driven_linear(
         StudyError: if a section is missing, or the study cannot be driven as it is.
         MeshError, ModelError, ConvergenceError: as `Structure.driven`.
     """
-    _assert_drivable(study, command)
+    assert_drivable(study, command)
+    if study.automatic:
+        raise StudyError(f'{study.automatic[0]} = "auto": fenics-nnm {command} needs a number')
     _harmonics(study)
     return structure_of(study).driven(comm, stages or Stages())
 
@@ -195,11 +197,11 @@ def _orders(study: Study) -> tuple[int, ...]:
     return tuple(each.order for each in study.excitation if each.order is not None)
 
 
-def _harmonics(study: Study) -> tuple[int, ...]:
+def drive_harmonics(study: Study) -> tuple[int, ...]:
     """Harmonics of the frequency of the response at which the forces act.
 
     Raises:
-        StudyError: if engine orders and speeds do not go together, or the series lacks a harmonic.
+        StudyError: if engine orders and speeds do not go together, or no force changes.
     """
     assert study.response is not None  # refused before
     orders, by_speed = _orders(study), study.response.speeds is not None
@@ -213,13 +215,23 @@ def _harmonics(study: Study) -> tuple[int, ...]:
     found = tuple(
         each.harmonic if each.order is None else each.order // base for each in study.excitation
     )
+    if not any(found):
+        raise StudyError("excitation.harmonic = 0: must be positive in one [[excitation]] at least")
+    return found
+
+
+def _harmonics(study: Study) -> tuple[int, ...]:
+    """The same, all of which the series has.
+
+    Raises:
+        StudyError: as `drive_harmonics`, or if it lacks one.
+    """
+    found = drive_harmonics(study)
     if max(found) > study.resolution.harmonics:
         raise StudyError(
             f"mode.harmonics = {study.resolution.harmonics}: must be {max(found)} or more, the "
             "highest harmonic of the excitation"
         )
-    if not any(found):
-        raise StudyError("excitation.harmonic = 0: must be positive in one [[excitation]] at least")
     return found
 
 
@@ -253,7 +265,12 @@ def _watched(study: Study, basis: DrivenBasis) -> Watched:
     return found
 
 
-def _assert_drivable(study: Study, command: str) -> None:
+def assert_drivable(study: Study, command: str) -> None:
+    """Refuse a study that cannot be driven.
+
+    Raises:
+        StudyError: if a section is missing, or its reduction is another one.
+    """
     assert_without_coriolis(study)
     given = study.driven_sections
     missing = [name for name in _NEEDED if name not in given]
@@ -264,8 +281,6 @@ def _assert_drivable(study: Study, command: str) -> None:
             f"{', '.join(missing)}: {verb} missing: fenics-nnm {command} needs the sections "
             "[damping] or [[dashpot]], [excitation] and [response]"
         )
-    if study.automatic:
-        raise StudyError(f'{study.automatic[0]} = "auto": fenics-nnm {command} needs a number')
     if study.reduction.method != "massless":
         raise StudyError(
             f'reduction.method = "{study.reduction.method}": fenics-nnm {command} needs "massless"'

@@ -345,7 +345,6 @@ def test_list_of_ratios_has_one_for_each_mode(two: StudyFile, command: Command) 
         ({"response": {"frequencies": {"step": None}}}, ["response.frequencies.step: is missing"]),
         ({"response": {"frequencies": {"step": 1e-6}}}, ["frequencies.step = 1e-06", "at most"]),
         ({"contact": {"gap": -0.1}}, ["contact.gap = -0.1: must be positive"]),
-        ({"mode": {"harmonics": "auto"}}, ['harmonics = "auto"', "needs a number"]),
         (
             {"reduction": {"method": "craig-bampton", "interface": "contact"}},
             ['reduction.method = "craig-bampton"', '"massless"'],

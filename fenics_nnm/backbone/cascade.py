@@ -88,9 +88,9 @@ class Cascade:
 
         Starting from the coarsest level at this energy alone finds the branch afresh; where it
         fails, the levels of the neighbour guide it, and where that is not enough, or it ends in an
-        internal resonance, motions of nearby frequencies, too. Of several motions the one that keeps most of its energy in the
-        followed mode is taken. An energy that is tried again, from another neighbour, keeps what
-        does not depend on it.
+        internal resonance, motions of nearby frequencies, too. Of several motions the one that
+        keeps most of its energy in the followed mode is taken. An energy that is tried again, from
+        another neighbour, keeps what does not depend on it.
         """
         if self._homogeneous and position != 1:
             return _grown(self.levels, self.at(1.0, None), position)

@@ -146,7 +146,7 @@ def test_energies_of_a_campbell_diagram_decide_at_each_speed() -> None:
     rotation = {"axis": "z", "speed": 1.0, "origin": [-0.5, 0.0, 0.0]}
     study = study_from(changed(PLATE, {"rotation": rotation}), Path("study.toml"))
     assert isinstance(study, MeshStudy)
-    spin = SpinningMesh.of(study, MPI.COMM_SELF, Stages()).at(1.0, 1, None)
+    spin = SpinningMesh.of(study, MPI.COMM_SELF, Stages()).at(1.0, 1)
     plain = spin.analyse(study, MPI.COMM_SELF)
     assert not plain.reduction.choice.second_order
     energy = plain.first_contact(0).energy

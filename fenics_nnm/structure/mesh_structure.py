@@ -41,7 +41,7 @@ from fenics_nnm.structure.body import body_of, dashpots_of, excitations_of, moni
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.coriolis import Frequencies
-from fenics_nnm.structure.driven_linear import DrivenBody
+from fenics_nnm.structure.driven_body import DrivenBody
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.frequencies import frequencies_of

@@ -160,9 +160,9 @@ class Cascade:
         )
 
     def _leads_straight(self, alone: Solution | None) -> bool:
-        """Whether the finest level can start at the coarsest: forces are smooth without contact."""
-        smooth = bool(self.levels[0].equations.mechanics.forces)
-        return smooth and alone is not None and not alone.forces.force.any()
+        """Whether the finest level can start at the coarsest: it bends smoothly without contact."""
+        bends = len(self.levels[0].equations.model.kinematics.masters) > 0
+        return bends and alone is not None and not alone.forces.force.any()
 
     def _through_frequency(self, alone: CascadeSolution) -> CascadeSolution:
         """The same levels with a finest motion found through motions of nearby frequencies."""

@@ -78,7 +78,7 @@ class CoarseBranch:
     @property
     def _growth(self) -> float:
         """Largest relative step: without forces besides contact it is linear up to ratio 1."""
-        return 3.0 if self.level.equations.mechanics.forces else np.inf
+        return 1.0 if self.level.equations.mechanics.forces else np.inf
 
     @property
     def _column(self) -> int:

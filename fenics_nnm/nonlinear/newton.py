@@ -45,7 +45,7 @@ class Newton:
 
 
 #: A shorter part of a step crawls.
-_CRAWL = 1 / 32
+_CRAWL = 1 / 8
 
 
 @dataclass(frozen=True, slots=True)

@@ -202,7 +202,7 @@ class QuadraticClosing:
         return whole
 
     def _bent(self, force: Array) -> Array:
-        """Lambda . Theta of forces of shape (.., n_c), shape (.., k, k)."""
+        """Sums of Theta over forces of shape (.., n_c), shape (.., k, k)."""
         points, k = self.Theta.shape[:2]
         return (force @ self.Theta.reshape(points, k**2)).reshape(*force.shape[:-1], k, k)
 

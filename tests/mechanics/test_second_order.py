@@ -130,14 +130,27 @@ def test_condensed_systems_have_the_dense_solution(series: Series) -> None:
         np.testing.assert_allclose(found, dense, atol=1e-10 * np.abs(dense).max())
 
 
-def test_forces_are_exact_above_four_samples_a_harmonic() -> None:
-    a = RNG.normal(size=(4, 4))
-    few, many = (SampledMotion(CosineSeries(3, m), a, 0.7) for m in (13, 200))
-    for force in MODEL.kinematics.forces:
-        np.testing.assert_allclose(force.harmonics(few), force.harmonics(many), atol=1e-12)
-        assert force.mean_energy(few) == pytest.approx(force.mean_energy(many), rel=1e-12)
+@pytest.mark.parametrize("kind", [CosineSeries, FourierSeries])
+def test_forces_are_those_at_many_samples(kind: type[Series]) -> None:
+    series, order = kind(3, 200), MODEL.kinematics
+    motion = SampledMotion(kind(3, 13), RNG.normal(size=(len(series.order), 4)), 0.7)
+    many = SampledMotion(series, motion.q, 0.7)
+    stiffness, inertia = order.forces
+    q, v = many.displacement, many.velocity
+    found = series.analysis @ stiffness.at(q, v)
+    np.testing.assert_allclose(stiffness.harmonics(motion), found, atol=1e-12)
+    own, rate, rise = (each[:, order.masters] for each in (q, v, many.acceleration))
+    moving = np.einsum("sj,sl->sjl", rise, own) + np.einsum("sj,sl->sjl", rate, rate)
+    force = np.einsum("ikjl,sk,sjl->si", order.tensors["D"], own, moving)
+    found = inertia.harmonics(motion)[:, order.masters]
+    np.testing.assert_allclose(found, series.analysis @ force, atol=1e-12)
+    for each in (stiffness, inertia):
+        mean = series.weight @ each.energy_at(q, v)
+        assert each.mean_energy(motion) == pytest.approx(mean, rel=1e-12)
+        virial = np.sum(motion.series.mean_square[:, None] * motion.q * each.harmonics(motion))
+        assert each.mean_virial(motion) == pytest.approx(virial, rel=1e-12)
         with pytest.raises(ModelError, match="samples = 12 with harmonics = 3"):
-            force.harmonics(SampledMotion(CosineSeries(3, 12), a, 0.7))
+            each.harmonics(SampledMotion(kind(3, 12), motion.q, 0.7))
 
 
 def test_virial_identity_in_contact_with_all_terms() -> None:

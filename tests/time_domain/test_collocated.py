@@ -61,16 +61,15 @@ def test_derivative_along_changes_of_the_start_against_differences() -> None:
         np.testing.assert_allclose(found[:, column], slope / (2 * step), atol=2e-6)
 
 
-def test_derivatives_of_the_energy_and_of_the_stage_against_differences() -> None:
-    flow, step, touched = Collocated(Mechanics.of(MODEL)), 1e-6, False
+def test_derivatives_of_the_energy_against_differences() -> None:
+    flow, touched = Collocated(Mechanics.of(MODEL)), False
     for q in (Q, 3 * np.abs(Q), -3 * np.abs(Q)):
-        stage = flow.stage_at(q)
-        _compare(flow, stage, q, step)
-        touched |= stage.active.any()
+        _compare(flow, q, 1e-6)
+        touched |= flow.stage_at(q).active.any()
     assert touched
 
 
-def _compare(flow: Collocated, stage: SmoothStage, q: Array, step: float) -> None:
+def _compare(flow: Collocated, q: Array, step: float) -> None:
     gradient = flow.energy_gradient(q, V)
     for j, d in enumerate(step * np.eye(4)):
         assert gradient[j] == pytest.approx(
@@ -79,21 +78,34 @@ def _compare(flow: Collocated, stage: SmoothStage, q: Array, step: float) -> Non
         assert gradient[4 + j] == pytest.approx(
             (flow.energy(q, V + d) - flow.energy(q, V - d)) / (2 * step), abs=1e-7
         )
-    remainder, seen = stage.remainder, stage.seen(q[None], V[None])
-    changes = step * np.eye(remainder.seen)
-    differences = (remainder(seen + changes) - remainder(seen - changes)) / (2 * step)
-    found = remainder.slopes(seen)[0]
-    np.testing.assert_allclose(found, differences.T, atol=1e-6 * np.abs(found).max())
 
 
-def test_remainder_is_what_the_acceleration_lacks_of_linear_motion() -> None:
-    flow = Collocated(Mechanics.of(MODEL))
+@pytest.mark.parametrize("masters", [[0], [0, 2], [0, 1, 3]])
+def test_remainder_is_what_the_acceleration_lacks_of_linear_motion(masters: list[int]) -> None:
+    model = replace(BODY.reduction(4, np.array(masters)).model, gap=MODEL.gap)
     for held in ([False, False], [True, False], [True, True]):
-        stage = SmoothStage.of(flow.mechanics, np.array(held))
+        stage = SmoothStage.of(Mechanics.of(model), np.array(held))
         linear, q, v = stage.linear, RNG.normal(size=(3, 4)), RNG.normal(size=(3, 4))
-        found = stage.remainder(stage.seen(q, v)) @ (linear.V @ stage.remainder.directions).T
+        seen = stage.seen(q, v)
+        found = stage.remainder(seen) @ (linear.V @ stage.remainder.directions).T
         pull = ((q - linear.rest) @ linear.V * linear.nu**2) @ linear.V.T
-        np.testing.assert_allclose(found, stage.acceleration(q, v) + pull, atol=1e-12)
+        np.testing.assert_allclose(found, stage.acceleration(q, v) + pull, atol=1e-11)
+        changes = 1e-6 * np.eye(stage.remainder.seen)
+        moved = (stage.remainder(seen[:1] + sign * changes) for sign in (1, -1))
+        slopes = stage.remainder.slopes(seen)[0]
+        differences = np.subtract(*moved).T / 2e-6
+        np.testing.assert_allclose(slopes, differences, atol=1e-6 * np.abs(slopes).max())
+
+
+def test_margins_along_a_stage_are_those_of_its_states() -> None:
+    stage = SmoothStage.of(Mechanics.of(MODEL), np.array([True, False]))
+    x, rate, step = RNG.normal(size=(3, 4)), RNG.normal(size=(3, 4)), 1e-6
+    margins, rates, size = stage.course.at(x, rate)
+    q = stage.linear.rest + x @ stage.linear.V.T
+    np.testing.assert_allclose(margins, stage.margins(q), atol=1e-12)
+    np.testing.assert_allclose(size, np.abs(stage.excess(q)).max(axis=0) + MODEL.gap)
+    ends = [stage.course.at(x + sign * step * rate, rate)[0] for sign in (1, -1)]
+    np.testing.assert_allclose(rates, (ends[0] - ends[1]) / (2 * step), atol=1e-7)
 
 
 def test_flow_is_symplectic_in_coordinates_and_momenta() -> None:

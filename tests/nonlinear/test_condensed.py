@@ -154,3 +154,18 @@ def test_a_leap_that_leads_far_astray_ends_an_iteration() -> None:
 
     assert found(wildest_leap=1e-3) == found(leaps=0) == (7, found(leaps=0)[1])
     assert found(wildest_leap=1e9) == found() and found()[0] > 20
+
+
+def test_a_line_search_that_crawls_leaps_as_one_that_stalls() -> None:
+    equations = equations_of(CosineSeries(10, 64), 1)
+    guess = Unknowns.of(motion_of(equations, 1, 1.1), 1.05)
+
+    def residual(**options: float) -> float:
+        found = newton.solve(equations, FixedFrequency(1.05), guess, options=Newton(**options))
+        return found.residual
+
+    crawling = residual()
+    assert residual(leaps=0) == crawling  # it never stalls
+    assert residual(crawls=2) != crawling
+    for held in ({"leaps": 0}, {"wildest_leap": 1e-3}, {"round_off": 10.0}):
+        assert residual(crawls=2, **held) == crawling

@@ -200,6 +200,9 @@ def test_walk_and_newton_at_fixed_energy_lead_to_the_same_motion(reversible: boo
     nearest = periodic_motion(equations, equations.start, steps, keep_energy=False)
     assert not nearest.failure
     assert nearest.miss.energy_error == pytest.approx(1 / 1.15 - 1, abs=0.01)
+    close = replace(steps, stray=0.5 * np.linalg.norm(nearest.unknowns - equations.start))
+    strayed = periodic_motion(equations, equations.start, close, keep_energy=False)
+    assert "strays" in strayed.failure
     walked = walk_to_energy(equations, nearest, steps)
     direct = periodic_motion(equations, equations.start, steps, keep_energy=True)
     assert not walked.failure

@@ -18,6 +18,7 @@ from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.exponential_rule import gauss_nodes
 from fenics_nnm.time_domain.integrator import Trajectory
+from fenics_nnm.time_domain.kept import Kept
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
 from fenics_nnm.time_domain.smooth_step import SmoothStep, Start
 from fenics_nnm.time_domain.states import States
@@ -40,7 +41,7 @@ _SHORTEST = 2.0**-30
 #: longer one failed.
 _EASY, _PATIENCE = 1e-2, 6
 
-#: Stages, and rules of steps, that are kept; all are forgotten when there are more.
+#: Stages, and rules of steps, that are kept, if they are not too large.
 _KEPT = 500
 
 
@@ -67,11 +68,11 @@ class Collocated:
     model: ReducedModel = field(init=False, repr=False, compare=False)
     _moment: float = field(init=False, repr=False, compare=False)
     states: States = field(init=False, repr=False, compare=False)
-    _stages: dict[bytes, SmoothStage] = field(
-        init=False, repr=False, compare=False, default_factory=dict
+    _stages: Kept[SmoothStage] = field(
+        init=False, repr=False, compare=False, default_factory=lambda: Kept(_KEPT)
     )
-    _rules: dict[tuple[bytes, float], Rule] = field(
-        init=False, repr=False, compare=False, default_factory=dict
+    _rules: Kept[Rule] = field(
+        init=False, repr=False, compare=False, default_factory=lambda: Kept(_KEPT)
     )
 
     def __post_init__(self) -> None:
@@ -124,15 +125,12 @@ class Collocated:
 
     def rule(self, stage: SmoothStage, step: float, *, keep: bool) -> Rule:
         """Times and weights of a step."""
-        key = stage.active.tobytes(), step
-        if key not in self._rules:
-            made = Rule.of(gauss_nodes(self.nodes), stage.linear.nu, stage.remainder, step)
-            if not keep:
-                return made
-            if len(self._rules) >= _KEPT:
-                self._rules.clear()
-            self._rules[key] = made
-        return self._rules[key]
+
+        def made() -> Rule:
+            nodes = gauss_nodes(self.nodes)
+            return Rule.of(nodes, stage.linear.nu, stage.remainder, step)
+
+        return self._rules.at((stage.active.tobytes(), step), made) if keep else made()
 
     @property
     def after_a_change(self) -> float:
@@ -141,12 +139,7 @@ class Collocated:
 
     def _stage(self, active: Mask) -> SmoothStage:
         """The stage with given points in contact."""
-        key = active.tobytes()
-        if key not in self._stages:
-            if len(self._stages) >= _KEPT:
-                self._stages.clear()
-            self._stages[key] = SmoothStage.of(self.mechanics, active)
-        return self._stages[key]
+        return self._stages.at(active.tobytes(), lambda: SmoothStage.of(self.mechanics, active))
 
 
 class _Walk:

@@ -19,6 +19,7 @@ from scipy.linalg import eig
 from fenics_nnm.arrays import Array, Complex, Mask
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.drive import Drive
+from fenics_nnm.time_domain.kept import bytes_of
 from fenics_nnm.time_domain.linear_stage import LinearStage
 from fenics_nnm.time_domain.propagators import Course, Dense, Diagonal, Propagator, Push
 from fenics_nnm.time_domain.quadrature import Panels
@@ -77,6 +78,12 @@ class DampedStage:
         inward = inverse[:, modes:] @ linear.V.T
         fastest = float(np.linalg.norm(_state_matrix(linear, rate), 2))
         return cls(linear, propagator, basis, inverse, inward, by_state, fastest)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
+        own = self.basis, self.inverse, self.inward, self.by_wave
+        return self.linear.nbytes + bytes_of(*own)
 
     def holds(self, q: Array) -> bool:
         """Whether all margins are positive at coordinates of shape (J,)."""

@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.closed import ClosedPoints
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.time_domain.kept import bytes_of
 
 Complex = NDArray[np.complexfloating[Any, Any]]
 
@@ -91,6 +92,11 @@ class LinearStage:
             active=active,
             contact=bool(active.any()),
         )
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
+        return bytes_of(self.V, self.margin_shape, self.by_wave, self.bounds, self.stiffness)
 
     def margins(self, q: Array) -> Array:
         """Margins in m at coordinates of shape (J,), shape (n_c,)."""

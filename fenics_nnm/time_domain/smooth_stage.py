@@ -15,6 +15,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Mask
 from fenics_nnm.mechanics.mechanics import Mechanics
+from fenics_nnm.time_domain.kept import bytes_of
 from fenics_nnm.time_domain.linear_stage import LinearStage
 from fenics_nnm.time_domain.remainder import Remainder
 from fenics_nnm.time_domain.stage_margins import StageMargins
@@ -61,6 +62,12 @@ class SmoothStage:
     def active(self) -> Mask:
         """Which points are in contact, shape (n_c,)."""
         return self.linear.active
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
+        own = self.give, self.margin, self.remainder.position, self.remainder.directions
+        return self.linear.nbytes + bytes_of(*own, self.course.linear, self.course.squared)
 
     def excess(self, q: Array) -> Array:
         """P - gap at states of shape (s, J), shape (s, n_c)."""

@@ -11,12 +11,13 @@ from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.closed import highest_frequency
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.time_domain.kept import Kept
 
 #: Points in contact after a change are those a moment later: this over the highest frequency.
 #: Changes that lie closer together count as one; the state is in error by the square of it.
 _MOMENT = 1e-9
 
-#: Stages that are kept; they are all forgotten when there are more.
+#: Stages that are kept, if they are not too large.
 _STAGES_KEPT = 2000
 
 #: Stages that are tried for a state before its forces are found from scratch.
@@ -31,6 +32,10 @@ class Stage(Protocol):
 
     def toggled(self, q: Array) -> Mask:
         """Points in contact, with the change where a margin is not positive, shape (n_c,)."""
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
 
 
 S = TypeVar("S", bound=Stage)
@@ -52,7 +57,9 @@ class StageBook(Generic[S]):
     made: Callable[[Mask], S]
     moment: float = field(init=False)
     _law: Complementarity = field(init=False, repr=False, compare=False)
-    _stages: dict[bytes, S] = field(init=False, repr=False, compare=False, default_factory=dict)
+    _stages: Kept[S] = field(
+        init=False, repr=False, compare=False, default_factory=lambda: Kept(_STAGES_KEPT)
+    )
     _recent: list[S] = field(init=False, repr=False, compare=False, default_factory=list)
 
     def __post_init__(self) -> None:
@@ -89,9 +96,4 @@ class StageBook(Generic[S]):
 
     def _stage(self, active: Mask) -> S:
         """The stage with given points in contact."""
-        key = active.tobytes()
-        if key not in self._stages:
-            if len(self._stages) >= _STAGES_KEPT:
-                self._stages.clear()
-            self._stages[key] = self.made(active)
-        return self._stages[key]
+        return self._stages.at(active.tobytes(), lambda: self.made(active))

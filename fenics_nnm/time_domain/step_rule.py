@@ -8,6 +8,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.time_domain.exponential_rule import GaussNodes, Weights
+from fenics_nnm.time_domain.kept import bytes_of
 from fenics_nnm.time_domain.remainder import Remainder
 
 
@@ -55,6 +56,12 @@ class Rule:
             at_watched=Weights.of(nodes, nu, step, watched),
             at_end=Weights.of(nodes, nu, step, watched[-1:]),
         )
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
+        weights = self.at_watched.both, self.at_end.both
+        return bytes_of(self.by_start, self.by_pushes, *weights)
 
     def free(self, x: Array, rate: Array) -> Array:
         """What is seen without pushes, from a state in coordinates of the stage, (s, 3 k + P)."""

@@ -173,8 +173,9 @@ class Families:
 
     Attributes:
         numbers: Number of the family of each point: `MAIN_BRANCH`, or 2, 3 ..
-        behind: Whether each is off the main branch and its frequency nearer to that of the linear
-            mode than the nearest link of that says; so are all where it has no links.
+        behind: Whether the frequency of each lags behind the main branch, or may do so: it is off
+            that and nearer to the linear one than the nearest link says (so are all where there
+            are no links), or among its last links, rises by little, and nothing beyond tells.
         jumps: Neighbours whose frequencies do not follow from each other.
     """
 
@@ -196,8 +197,10 @@ def families(points: Sequence[BranchPoint], series: Series, *, connected: bool =
     course = Course.of(points, connected=connected)
     links = _links(course)
     numbers = _numbers(course, links)
+    last = _last(course, links)
     behind = [
-        number != MAIN_BRANCH and _behind(course, links, k) for k, number in enumerate(numbers)
+        k in last if number == MAIN_BRANCH else _behind(course, links, k)
+        for k, number in enumerate(numbers)
     ]
     ways = (i for i in range(len(points) - 1) if course.jumps(i))
     found = [_jump(course, points[i], points[i + 1], i, series) for i in ways]
@@ -249,6 +252,14 @@ def _behind(course: Course, links: list[int], k: int) -> bool:
     nearest = min(links, key=lambda i: abs(i - k))
     expected = course.y[nearest] + course.slope[nearest] * (course.x[k] - course.x[nearest])
     return bool(abs(course.y[k]) < abs(expected))
+
+
+def _last(course: Course, links: list[int]) -> list[int]:
+    """The last links, as far back as all of them rise by little."""
+    until = len(links)
+    while until and course.rise[links[until - 1]] < LAGS:
+        until -= 1
+    return links[until:]
 
 
 def _other(course: Course, numbers: Sequence[int], k: int) -> int:

@@ -173,8 +173,8 @@ class _Place:
 def _place(resonance: str, point: BranchPoint, family: int, behind: bool) -> _Place:
     """Where a point is; without a slope energy in a resonance is enough to be inside."""
     untold = bool(np.isnan(point.rise))
-    held = behind or point.rise < STILL
-    inside = untold or (family != MAIN_BRANCH and held)
+    stands_still = family != MAIN_BRANCH and point.rise < STILL
+    inside = untold or behind or stands_still
     return _Place(family, resonance, inside=bool(resonance) and inside)
 
 

@@ -36,8 +36,8 @@ _FOLLOWS, _OF_CHANGE = 2e-3, 0.05
 #: than half as much as is usual on the branch, is no link of the main branch.
 _HARDLY = 0.25
 
-#: Of points that are farther apart in ln gamma nothing is said.
-_FARTHEST = 0.5
+#: Of points that are farther apart in ln gamma nothing is said, and a wider way counts no more.
+_FARTHEST, _WIDEST = 0.5, 0.2
 
 #: Where contact begins the frequency may rise with the square root of what is beyond: twice as far
 #: as the slope at the end of the way says. So it may where another point begins to touch.
@@ -82,7 +82,8 @@ class Course:
         slope: Slopes dy / dx; where they are not known the smaller one of those to both neighbours,
             0 if they have other signs.
         rise: Slopes over those of the followed mode alone, 1 where they are not known.
-        mild: The slopes, none steeper than that of the followed mode alone.
+        mild: The slopes, none steeper than that of the followed mode alone, or than is usual if
+            that is more.
         weight: What a point counts as a link of the main branch; 0 for no link.
         linear: Which motions are linear, without contact.
         connected: Whether each point was followed continuously from the one before it.
@@ -107,16 +108,18 @@ class Course:
         slope = np.where(linear, 0.0, np.where(np.isnan(own), _smaller_secants(x, y), own))
         rise = np.array([point.rise for point in points])
         rise = np.where(np.isnan(rise) | linear, 1.0, rise)
-        counts = np.where(rise < _least(rise[~linear]), 0.0, np.minimum(rise, 1.0))
+        usual = float(np.median(rise[~linear])) if not linear.all() else 1.0
+        counts = np.where(rise < _least(usual), 0.0, np.minimum(rise, 1.0))
         weight = np.where(linear, 0.0, counts * (_widths(x) + 1e-9))
-        return cls(x, y, slope, rise, slope / np.maximum(rise, 1.0), weight, linear, connected)
+        mild = slope / np.maximum(rise / max(usual, 1.0), 1.0)
+        return cls(x, y, slope, rise, mild, weight, linear, connected)
 
     def expected(self, i: int, j: int) -> Expected:
         """Between what ln f is expected to change from a point to a later one."""
         return self._expected(i, j, self.slope)
 
     def mildly(self, i: int, j: int) -> Expected:
-        """The same with slopes no steeper than that of the followed mode alone."""
+        """The same with the mild slopes."""
         return self._expected(i, j, self.mild)
 
     def change(self, i: int, j: int) -> float:
@@ -127,8 +130,8 @@ class Course:
         """Whether a later point is where the family of an earlier one is expected.
 
         Where the frequency of one of them hardly rises it is to be nearer to what the mean of both
-        slopes says; so it is over points in between, and with slopes no steeper than that of the
-        followed mode alone: where a resonance has been left they are, for a little while.
+        slopes says; so it is over points in between, and with mild slopes: where a resonance has
+        been left they are steeper, for a little while.
         """
         if self._far(i, j) or (self.connected and j == i + 1):
             return j == i + 1
@@ -287,9 +290,8 @@ def _from_grazing(change: float) -> Expected:
     return Expected(*ends)
 
 
-def _least(rise: Array) -> float:
-    """The rise that a link of the main branch has at least: a part of what is usual there."""
-    usual = float(np.median(rise)) if len(rise) else 1.0
+def _least(usual: float) -> float:
+    """The rise that a link of the main branch has at least, by the median of all points."""
     return max(STILL, min(_HARDLY, usual / 2))
 
 
@@ -305,8 +307,8 @@ def _smaller_secants(x: Array, y: Array) -> Array:
 
 
 def _widths(x: Array) -> Array:
-    """Half of the way from each point's neighbour before it to that after it."""
+    """Half of the way from each point's neighbour before it to that after it, if they are near."""
     if len(x) < 2:
         return np.ones(len(x))
-    step = np.abs(np.diff(x))
+    step = np.minimum(np.abs(np.diff(x)), _WIDEST)
     return np.asarray((np.r_[step[:1], step] + np.r_[step, step[-1:]]) / 2)

@@ -77,8 +77,9 @@ _VERIFIED_SHOT_RETURN_ERROR = 1e-10
 _VERIFIED_RETURN_ERROR_10 = 0.02
 _VERIFIED_START_ENERGY_ALONE = 2e-3
 
-#: Nor is the frequency of a point to be trusted of which a larger error is expected.
-LARGEST_EXPECTED_ERROR = 0.01
+#: Nor is the frequency of a point to be trusted of which a larger error is expected: of its series,
+#: and of the reduction, whose sign is known and told.
+LARGEST_SERIES_ERROR, LARGEST_REDUCTION_ERROR = 0.01, 0.02
 
 #: Why points of models without an integration in time are not verified.
 WITH_MASS = "contact points carry mass: there is no motion in time to compare with"
@@ -272,12 +273,12 @@ def _too_far_off(point: BranchPoint, *, confirmed: bool) -> str:
     """
     reduction, series = point.expected.reduction, point.expected.series
     left_out = abs(reduction.frequency) if reduction else 0.0
-    if left_out > LARGEST_EXPECTED_ERROR:
+    if left_out > LARGEST_REDUCTION_ERROR:
         return f"the reduction is expected to put its frequency off by {left_out:.1%}"
     if series is None or confirmed or point.orbit:
         return ""
     discrete = abs(series.harmonics) + abs(series.samples)
-    if discrete > LARGEST_EXPECTED_ERROR:
+    if discrete > LARGEST_SERIES_ERROR:
         return f"its harmonics and samples are expected to put its frequency off by {discrete:.1%}"
     return ""
 

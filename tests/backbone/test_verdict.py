@@ -150,8 +150,10 @@ def test_no_point_is_trusted_that_is_expected_to_be_far_off() -> None:
     near = replace(point.expected, series=SeriesError(0.004, -0.005, 100.0))
     assert verdict(replace(late, expected=near), shooting=False).status == "converged"
     for series in (True, False):
-        found = verdict(with_reduction_error(point, 0.011), shooting=series)
+        found = verdict(with_reduction_error(point, 0.021), shooting=series)
         assert (found.status, found.confirmed) == ("failed", False)
+        found = verdict(with_reduction_error(point, 0.019), shooting=series)
+        assert (found.status, found.confirmed) == ("converged", False)
 
 
 def test_integration_that_gives_up_is_a_failure() -> None:

@@ -42,15 +42,15 @@ MEANINGS = {
     CONVERGED: "solves its equations, but is not confirmed in time that tightly",
     RESONANT: "another mode draws energy from the motion, so its frequency lags behind the main "
     "branch",
-    FAILED: "is no motion of the model, or expected to be off by more than 1 %: its frequency is "
-    "not to be trusted",
+    FAILED: "is no motion of the model, or expected to be far off: its frequency is not to be "
+    "trusted",
 }
 
 
 #: What to know of points before their frequencies are used.
 _DOUBTFUL = {
-    FAILED: "failed the check in time, or are expected to be off by more than 1 %: their "
-    "frequencies are not to be trusted.",
+    FAILED: "failed the check in time, or are expected to be far off: their frequencies are "
+    "not to be trusted.",
     RESONANT: "are inside an internal resonance: another mode draws energy from the motion, so "
     "their frequencies lag behind the main branch.",
 }

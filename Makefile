@@ -50,6 +50,8 @@ pictures: demo
 	$(RUN) fenics-nnm campbell demos/rotor37/engine.toml --speeds 0:1800:300 \
 	    --orders 1,2,3,4,6,8,12 --energies 0.3,0.6,1 --output demos/rotor37/results/campbell
 	cp demos/rotor37/results/campbell/campbell.png $(PICTURES)/rotor37_campbell.png
+	$(RUN) fenics-nnm response demos/rotor37/driven.toml --output demos/rotor37/results/driven
+	cp demos/rotor37/results/driven/response.png $(PICTURES)/rotor37_driven.png
 	$(RUN) fenics-nnm check demos/rotor37/rotor37.toml \
 	    --picture $(PICTURES)/rotor37_groups.png
 	$(RUN) python3 demos/plate/plate.py
@@ -61,6 +63,8 @@ journeys:
 	rm -rf $(JOURNEYS)
 	$(RUN) python3 demos/six_geometries.py step
 	cp demos/step/results/groups.png $(PICTURES)/step_groups.png
+	$(RUN) fenics-nnm response demos/step/driven.toml --output demos/step/results/driven
+	cp demos/step/results/driven/response.png $(PICTURES)/step_driven.png
 	for kind in blade matrices; do \
 	    $(RUN) fenics-nnm new $$kind $(JOURNEYS) && \
 	    $(RUN) fenics-nnm run $(JOURNEYS)/$$kind.toml --output $(JOURNEYS)/$$kind && \

@@ -7,7 +7,8 @@
 # against a stop beside the pad.
 #
 # Run `python3 demos/step/blade.py`, which writes demos/step/results/blade.step, then
-# `fenics-nnm run demos/step/blade.toml`.
+# `fenics-nnm run demos/step/blade.toml`; or `fenics-nnm response demos/step/driven.toml`, the same
+# blade damped and driven at its tip.
 
 # %%
 import os

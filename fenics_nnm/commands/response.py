@@ -51,7 +51,7 @@ def add_to(commands: Commands) -> None:
 def _response(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.output.response_lines import incomplete, pieces, short_of
+    from fenics_nnm.output.response_lines import incomplete, short_of
     from fenics_nnm.running.responding import ResponseJob, respond
 
     (study, text), comm = asked_study(arguments), MPI.COMM_WORLD
@@ -63,12 +63,10 @@ def _response(arguments: argparse.Namespace) -> int:
     console.print(peak_table(done.structure, found, study.title))
     if found.backbone.points:
         console.print(resonance_table(found))
-    for line in (*pieces(found), *map(str, found.instead)):
+    for line in done.notes:
         show(console, line)
     for reason in short_of(found.backbone):
         show(console, f"damped backbone: {reason}")
-    if done.message:
-        show(console, done.message)
     show(console, f"results in {folder}")
     missing = list(incomplete(found))
     if comm.rank == 0:

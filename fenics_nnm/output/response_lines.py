@@ -41,6 +41,15 @@ def pieces(found: Response) -> Iterator[str]:
             )
 
 
+def kinematics_note(found: Response) -> Iterator[str]:
+    """What is not looked at of a body that touches something, a line."""
+    if any(point.displacements.contact.max(initial=0.0) > 0 for point in found.points):
+        yield (
+            "kinematics are linear: a body that bends gets shorter, which may keep it from its "
+            "obstacle, and is not looked at here; fenics-nnm check says how much it would change"
+        )
+
+
 def short_of(backbone: DampedBackbone) -> Iterator[str]:
     """What a damped backbone lacks, a line each; the response is complete without."""
     if refuted := backbone.refuted:

@@ -24,7 +24,7 @@ from fenics_nnm.time_domain.damped_flow import DampedFlow
 _DECAYED = 1e-3
 
 #: Fewest and most periods of a simulation, and those at its end that are looked at.
-_FEWEST, _MOST, _LOOKED_AT = 60, 400, 40
+_FEWEST, _MOST, _LOOKED_AT = 200, 400, 40
 
 #: Most ranges of frequencies of a level that are simulated: the widest ones.
 _RANGES = 3

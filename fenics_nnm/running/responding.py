@@ -18,9 +18,9 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.driven import of_response
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.interrupts import uninterrupted
-from fenics_nnm.output.response_lines import incomplete, pieces, short_of
+from fenics_nnm.output.response_lines import incomplete, kinematics_note, pieces, short_of
 from fenics_nnm.output.response_report import write_response
-from fenics_nnm.resolution.driven_auto import driven_choice
+from fenics_nnm.resolution.driven_auto import DrivenChoice, driven_choice
 from fenics_nnm.response.levels import Response
 from fenics_nnm.response.reported import reported
 from fenics_nnm.response.structure import DrivenStructure
@@ -65,12 +65,12 @@ class Responded:
     Attributes:
         structure: The driven structure.
         found: Its motions.
-        message: The numbers found for "auto" in a line; empty where all were given.
+        notes: What to know of them, a line each.
     """
 
     structure: DrivenStructure
     found: Response
-    message: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def respond(job: ResponseJob, folder: Path) -> Responded:
@@ -94,11 +94,11 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
         known = led(comm, data.blocks, partial(_begun, job, place, header, structure, data))
         found = on_root(comm, _solved, job, place, structure, known)
         with job.stages.stage("output"):
-            lines = [line for line in (chosen.line(found), *_lines(found)) if line]
-            on_root(comm, response_file.finish, place.file, found, lines)
+            notes = _notes(chosen, found)
+            on_root(comm, response_file.finish, place.file, found, [*_lines(found), *notes])
             _write_fields(job, place, linear, header, found)
             on_root(comm, _publish, job, place, structure, found)
-    return Responded(structure, found, chosen.line(found))
+    return Responded(structure, found, notes)
 
 
 def _numbers_before(job: ResponseJob, folder: Path) -> Resolution | None:
@@ -199,10 +199,18 @@ def _write_fields(
 def _lines(found: Response) -> list[str]:
     return [
         *(f"incomplete: {line}" for line in incomplete(found)),
-        *pieces(found),
-        *map(str, found.instead),
         *(f"damped backbone: {line}" for line in short_of(found.backbone)),
     ]
+
+
+def _notes(chosen: DrivenChoice, found: Response) -> tuple[str, ...]:
+    numbers = chosen.line(found)
+    return (
+        *pieces(found),
+        *map(str, found.instead),
+        *(kinematics_note(found) if chosen.linear.has_mesh else ()),
+        *([numbers] if numbers else []),
+    )
 
 
 def _publish(

@@ -38,7 +38,7 @@ def test_period_doubles_in_time_where_the_multiplier_leaves_the_circle(found: Re
     highest = by_small_steps(2 * np.pi * what.frequency, what.periods)
     assert what.repeats == 2 and "repeats after 2 periods" in str(what)
     np.testing.assert_allclose(what.highest, highest, rtol=2e-3)
-    assert highest[1] > 1.1 * highest[0]
+    assert highest[1] > 1.03 * highest[0]
 
 
 def by_small_steps(omega: float, periods: int, steps: int = 2000) -> tuple[float, float]:

@@ -57,7 +57,8 @@ def response_plot(monitors: Sequence[str], found: Response, title: str) -> Figur
     several = len({level for level, _ in names}) > 1
     label(above, "", f"amplitude{f' of {monitors[0]}' if several else ''}, 0-peak  ({unit.name})")
     label(below, "frequency  (Hz)", "lag  (deg)")
-    phases = np.array([point.phase for point in points])
+    shown = [place for _, place in names]
+    phases = np.array([point.phase[shown] for point in points])
     below.set_ylim(-5, 365 if np.nanmax(phases, initial=0.0) > 180.5 else 185)
     below.set_yticks([tick for tick in _QUARTERS if tick <= below.get_ylim()[1]])
     _show_missing((above, below), points)

@@ -51,7 +51,7 @@ def add_to(commands: Commands) -> None:
 def _response(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.output.response_lines import incomplete, short_of
+    from fenics_nnm.output.response_lines import short_of
     from fenics_nnm.running.responding import ResponseJob, respond
 
     (study, text), comm = asked_study(arguments), MPI.COMM_WORLD
@@ -68,11 +68,10 @@ def _response(arguments: argparse.Namespace) -> int:
     for reason in short_of(found.backbone):
         show(console, f"damped backbone: {reason}")
     show(console, f"results in {folder}")
-    missing = list(incomplete(found))
     if comm.rank == 0:
-        for line in missing:
+        for line in done.missing:
             complain(f"incomplete: {line}")
-    return INCOMPLETE if missing else DONE
+    return INCOMPLETE if done.missing else DONE
 
 
 def peak_table(structure: DrivenStructure, found: Response, title: str = "") -> Table:

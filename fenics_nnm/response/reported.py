@@ -28,6 +28,15 @@ def reported(found: Response, frequencies: Sequence[float]) -> tuple[int, ...]:
     )
 
 
+def absent(found: Response, frequencies: Sequence[float]) -> Iterator[str]:
+    """Frequencies in Hz at which a level has no motion, a line each."""
+    for level in found.levels:
+        own = [point.frequency for point in found.at_level(level) if point.found]
+        for each in frequencies:
+            if not any(abs(frequency / each - 1) < _SAME for frequency in own):
+                yield f"level {level:g} has no motion at {each:.6g} Hz to report"
+
+
 def nearest(found: Response, frequency: float, levels: Sequence[float]) -> tuple[int, ...]:
     """Numbers of the motions nearest to a frequency, of each of some levels.
 

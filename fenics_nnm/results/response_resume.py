@@ -25,7 +25,7 @@ from fenics_nnm.study.resolution import Resolution
 _FREE = ("title", "length_unit", "continuation", "output")
 
 #: Keys that may differ: which motions there are.
-_FREE_KEYS = ("response.levels", "response.report_at", "response.backbone")
+_FREE_KEYS = ("response.levels", "response.backbone")
 
 
 def going_on(

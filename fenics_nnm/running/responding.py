@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,7 +22,7 @@ from fenics_nnm.output.response_lines import incomplete, kinematics_note, pieces
 from fenics_nnm.output.response_report import write_response
 from fenics_nnm.resolution.driven_auto import DrivenChoice, driven_choice
 from fenics_nnm.response.levels import Response
-from fenics_nnm.response.reported import reported
+from fenics_nnm.response.reported import absent, reported
 from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.results import response_file, response_folder
 from fenics_nnm.results.header import BranchHeader
@@ -66,11 +66,13 @@ class Responded:
         structure: The driven structure.
         found: Its motions.
         notes: What to know of them, a line each.
+        missing: What is missing, a line each.
     """
 
     structure: DrivenStructure
     found: Response
     notes: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
 
 
 def respond(job: ResponseJob, folder: Path) -> Responded:
@@ -94,11 +96,12 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
         known = led(comm, data.blocks, partial(_begun, job, place, header, structure, data))
         found = on_root(comm, _solved, job, place, structure, known)
         with job.stages.stage("output"):
-            notes = _notes(chosen, found)
-            on_root(comm, response_file.finish, place.file, found, [*_lines(found), *notes])
+            notes, missing = _notes(chosen, found), tuple(_missing(study, found))
+            lines = [*_lines(missing, found), *notes]
+            on_root(comm, response_file.finish, place.file, found, lines)
             _write_fields(job, place, linear, header, found)
             on_root(comm, _publish, job, place, structure, found)
-    return Responded(structure, found, notes)
+    return Responded(structure, found, notes, missing)
 
 
 def _numbers_before(job: ResponseJob, folder: Path) -> Resolution | None:
@@ -196,9 +199,15 @@ def _write_fields(
     )
 
 
-def _lines(found: Response) -> list[str]:
+def _missing(study: Study, found: Response) -> Iterator[str]:
+    """What a study asks for and does not get, a line each."""
+    yield from incomplete(found)
+    yield from absent(found, reported_frequencies(study))
+
+
+def _lines(missing: Sequence[str], found: Response) -> list[str]:
     return [
-        *(f"incomplete: {line}" for line in incomplete(found)),
+        *(f"incomplete: {line}" for line in missing),
         *(f"damped backbone: {line}" for line in short_of(found.backbone)),
     ]
 

@@ -13,6 +13,7 @@ from conftest import BEAM, PLATE, ROD, Ended
 from mpi4py import MPI
 from ranks import on_ranks
 from scipy.linalg import eigh
+from written_fields import arrays_of
 
 from fenics_nnm.mechanics.force import CubicSprings
 from fenics_nnm.mechanics.fourier import FourierSeries
@@ -44,6 +45,9 @@ TWO: dict[str, Any] = {
 
 #: A damping matrix that couples the modes, with a part that is not symmetric.
 COUPLING = np.array([[3.0, -1.5], [-0.5, 2.0]])
+
+#: Results on one rank, and on two.
+FOLDERS = ("results/study-response", "two")
 
 SWEEP = {"frequencies": {"from": 100.0, "to": 2500.0, "step": 100.0}}
 
@@ -408,8 +412,17 @@ def test_two_ranks_write_the_response_of_one(
     )
     assert command("response", study).code == 0
     one = table(Path("results/study-response"), "excitation")
-    arguments = ("-m", "fenics_nnm", "response", "--output", "two", study)
+    arguments = ("-m", "fenics_nnm", "response", "--output", FOLDERS[1], study)
     ended = on_ranks(2, *arguments, folder=tmp_path)
     assert ended.code == 0, ended.err
     two = table(tmp_path / "two", "excitation")
     np.testing.assert_allclose(complex_of(two) / complex_of(one), 1.0, atol=1e-8)
+    names = [sorted(path.name for path in Path(folder, "fields").iterdir()) for folder in FOLDERS]
+    assert names[0] == names[1] and len(names[0]) == 7
+    (first, second) = (
+        arrays_of(next(Path(folder, "fields").glob("motion_*Hz")) / "frame_0003.vtu")
+        for folder in FOLDERS
+    )
+    for name, values in first.items():
+        size = np.abs(values).max()
+        np.testing.assert_allclose(second[name], values, atol=1e-7 * size, err_msg=name)

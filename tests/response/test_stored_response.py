@@ -11,6 +11,7 @@ from conftest import ROD, Ended
 from written_fields import frames
 
 from fenics_nnm.response import levels
+from fenics_nnm.response.reported import absent
 from fenics_nnm.results import response_file
 
 StudyFile = Callable[..., Path]
@@ -102,6 +103,12 @@ def test_report_at_names_the_motions(study_file: StudyFile, command: Command) ->
         "motion_level0.5_1250Hz.pvd"
     ]
     assert "1250" in {row["frequency_Hz"] for row in rows_of("out", "excitation")}
+    other = study_file(DRIVEN, response={"report_at": [1300.0], "levels": [0.5]})
+    command("response", other, "--output", "out", "--resume").assert_one_line(
+        2, "response.report_at was [1250.0] and is [1300.0] now"
+    )
+    found = response_file.read(Path("out/response.h5")).found
+    assert list(absent(found, (1250.0, 1260.0))) == ["level 0.5 has no motion at 1260 Hz to report"]
     bad = study_file(DRIVEN, response={"report_at": [900.0]})
     command("response", bad).assert_one_line(2, "response", "report_at = 900", "1200", "1500")
 

@@ -58,6 +58,26 @@ class ClosedPoints:
         return cls(gradient, offset, (stiffness + stiffness.T) / 2, pull, per_margin)
 
 
+def effects_of_gaps(model: FlexiblePoints, active: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Derivatives of the constant force and of the margins by all gaps, with some points closed.
+
+    Args:
+        model: Model.
+        active: Closed points, any number, shape (n_c,).
+
+    Returns:
+        That of the force, shape (J, n_c), and that of the margins, shape (n_c, n_c).
+    """
+    by_force, by_margin = np.zeros(model.Phi.T.shape), np.eye(model.points)
+    closed = np.flatnonzero(active)
+    if len(closed):
+        inverse = cho_solve(cho_factor(model.R[np.ix_(closed, closed)]), np.eye(len(closed)))
+        by_force[:, closed] = model.Phi[closed].T @ inverse
+        by_margin[:, closed] -= model.R[:, closed] @ inverse
+        by_margin[np.ix_(closed, closed)] = -inverse / np.diagonal(inverse)[:, None]
+    return by_force, by_margin
+
+
 def highest_frequency(model: FlexiblePoints) -> float:
     """Highest circular frequency with all points closed in rad/s: no set of them has a higher one.
 

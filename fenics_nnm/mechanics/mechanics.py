@@ -8,6 +8,7 @@ from fenics_nnm.mechanics.excitation import Excitation
 from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.linear_part import LinearPart, ModalPart
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.mechanics.rest import RestState
 
 
@@ -20,7 +21,8 @@ class Mechanics:
         rest: Its state of rest, and linear modes about it.
         linear: What harmonics see linearly.
         forces: Forces besides contact that the motion determines.
-        excitations: Given forces; a motion without any is free.
+        excitations: Given forces; a motion without any, and with gaps that stand still, is free.
+        gap_motion: How gaps move.
     """
 
     model: ReducedModel
@@ -28,6 +30,7 @@ class Mechanics:
     linear: LinearPart
     forces: tuple[Force, ...] = ()
     excitations: tuple[Excitation, ...] = ()
+    gap_motion: GapMotion = STILL
 
     @classmethod
     def of(cls, model: ReducedModel, forces: tuple[Force, ...] = ()) -> Mechanics:
@@ -42,4 +45,4 @@ class Mechanics:
     @property
     def free(self) -> bool:
         """Whether nothing drives the motion: a shift in time gives another motion then."""
-        return not self.excitations
+        return not self.excitations and not self.gap_motion.moves

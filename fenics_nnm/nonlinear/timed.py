@@ -57,8 +57,10 @@ class TimedEquations:
 
     @classmethod
     def of(cls, mechanics: Mechanics, series: FourierSeries) -> Self:
-        """Equations of a model whose contact points move with the coordinates alone."""
-        return cls(mechanics, series, np.zeros((len(series.order), mechanics.model.points)))
+        """Equations of a model whose contact points move with the coordinates, and their gaps."""
+        shape = len(series.order), mechanics.model.points
+        moved = np.broadcast_to(mechanics.gap_motion.coefficients(series), shape)
+        return cls(mechanics, series, 0.0 - moved)
 
     @property
     def parameters(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from fenics_nnm.response.structure import DrivenStructure
 
 #: Instants of a period at which the largest displacement of several harmonics is looked for.
 _INSTANTS = 4096
+_PHASES = 2 * np.pi * np.arange(_INSTANTS) / _INSTANTS
 
 
 def displacements(
@@ -24,7 +25,10 @@ def displacements(
     watched, q, forces = structure.watched, solution.q, solution.forces
     harmonics = q @ watched.shapes.T - forces.harmonics(series) @ watched.residual.T
     first, second = np.flatnonzero(series.order == 1)
-    if harmonics[series.order > 1].any():
+    left = None
+    if structure.gap_motion.moves:
+        highest, lowest, left = _past_moving_gaps(structure, series, q)
+    elif harmonics[series.order > 1].any():
         highest, lowest = _extremes(structure, series, q)
         if structure.model.massless:  # parabolas overshoot where a point lies on its obstacle
             highest[watched.before_contact :] = np.minimum(
@@ -38,7 +42,7 @@ def displacements(
         highest=highest,
         lowest=lowest,
         contact=_contact(watched.before_contact, series, forces),
-        gap=structure.model.gap - highest[watched.before_contact :],
+        gap=structure.model.gap - highest[watched.before_contact :] if left is None else left,
     )
 
 
@@ -59,6 +63,21 @@ def _extremes(structure: DrivenStructure, series: FourierSeries, q: Array) -> tu
     return _top(moved), -_top(-moved)
 
 
+def _past_moving_gaps(
+    structure: DrivenStructure, series: FourierSeries, q: Array
+) -> tuple[Array, Array, Array]:
+    """As `_extremes`, and the smallest remaining gap of each contact point, shape (n_c,)."""
+    model, watched = structure.model, structure.watched
+    gap = model.gap + structure.gap_motion.at(_PHASES)
+    moved = _basis(series.harmonics) @ (q @ watched.shapes.T)
+    if not model.massless:
+        return _top(moved), -_top(-moved), -_top(moved[:, watched.before_contact :] - gap)
+    excess = moved[:, watched.before_contact :] - gap
+    moved -= Complementarity(model.R, np.zeros(model.points))(excess).force @ watched.residual.T
+    left = -_top(moved[:, watched.before_contact :] - gap)
+    return _top(moved), -_top(-moved), np.maximum(left, 0.0)
+
+
 def _top(values: Array) -> Array:
     """Largest values of columns that belong to evenly spread instants, by parabolas."""
     at, columns = values.argmax(axis=0), np.arange(values.shape[1])
@@ -73,4 +92,4 @@ def _top(values: Array) -> Array:
 def _basis(harmonics: int) -> Array:
     """Basis functions at instants of a period, shape (instants, c)."""
     series = FourierSeries(harmonics, 2 * harmonics + 1)
-    return series.basis_at(2 * np.pi * np.arange(_INSTANTS) / _INSTANTS)
+    return series.basis_at(_PHASES)

@@ -77,8 +77,10 @@ def open_response(
 def open_motion(equations: HarmonicEquations, omega: float) -> Solution:
     """The motion at a circular frequency in rad/s, as if there were no obstacles."""
     mechanics, series = equations.mechanics, equations.series
-    push = sum(each.harmonics(series) for each in mechanics.excitations)
-    linear = Unknowns.of(mechanics.linear.at(series, omega).solve(np.asarray(push)), omega)
+    push = np.zeros((len(series.order), mechanics.model.modes))
+    for each in mechanics.excitations:
+        push += each.harmonics(series)
+    linear = Unknowns.of(mechanics.linear.at(series, omega).solve(push), omega)
     if not mechanics.forces:
         return evaluated(equations, linear)
     return solve(equations, FixedFrequency(omega), linear)
@@ -88,7 +90,7 @@ def point_of(
     structure: DrivenStructure, series: FourierSeries, solution: Solution, judgement: Judgement
 ) -> ResponsePoint:
     """A motion that was found, and what is known of it, as a point of the response."""
-    error = imbalance(structure.mechanics, series, solution.at)
+    error = imbalance(structure.mechanics, series, solution)
     if not error <= LARGEST_IMBALANCE:
         judgement = Judgement(
             Status.FAILED, f"the work of the forces differs from the dissipation by {error:.1e}"

@@ -2,12 +2,13 @@
 
 Newton's iteration starts at the motion without obstacles, with few harmonics; each motion found is
 the guess of one with about twice as many. Where it fails the forces grow to their size in steps.
+A structure that obstacles alone drive rests without them: it begins as if pushed by their forces on
+the structure at rest, no farther than they reach.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -42,7 +43,7 @@ def first_motion(structure: DrivenStructure, equations: TimedEquations, omega: f
         equations: Its equations, in the series that the motion is wanted in.
         omega: Circular frequency in rad/s.
     """
-    guess = _opened(equations, omega).at
+    guess = _guess(equations, omega)
     found = solve(equations, FixedFrequency(omega), guess, options=_FAR)
     if found.failure:
         for coarse in _coarse(structure, equations):
@@ -59,10 +60,28 @@ def _opened(equations: TimedEquations, omega: float) -> Solution:
     return open_motion(opened, omega)
 
 
+def _guess(equations: TimedEquations, omega: float) -> Unknowns:
+    """The motion without obstacles; that under their forces at rest where it is none."""
+    opened = _opened(equations, omega).at
+    return opened if opened.q.any() else _pushed(equations, opened)
+
+
+def _pushed(equations: TimedEquations, rest: Unknowns) -> Unknowns:
+    """The motion under the contact forces of the structure at rest, not beyond what they reach."""
+    series, mechanics = equations.series, equations.mechanics
+    push = equations.forces(rest).harmonics(series) @ mechanics.model.Phi
+    q = -np.asarray(mechanics.linear.at(series, rest.omega).solve(push))
+    reached = series.synthesis @ equations.free_harmonics(rest) - mechanics.model.gap
+    farthest = float(np.abs(series.synthesis @ q @ mechanics.model.Phi.T).max(initial=0.0))
+    if not farthest:
+        return rest
+    return Unknowns.of(q * min(1.0, float(reached.max()) / farthest), rest.omega)
+
+
 def _coarse(structure: DrivenStructure, equations: TimedEquations) -> Iterator[TimedEquations]:
     """The equations with more and more harmonics, up to those wanted."""
     wanted = equations.series.harmonics
-    number = max(_FEW, *structure.drive.harmonics)
+    number = max(_FEW, structure.highest_harmonic)
     while number < wanted:
         series = FourierSeries(number, max(4 * number, 32))
         yield TimedEquations.of(equations.mechanics, series)
@@ -75,12 +94,13 @@ def _grown(structure: DrivenStructure, equations: TimedEquations, guess: Unknown
     condition, fitted = FixedFrequency(guess.omega), equations.series.fitted
     near = Unknowns(fitted(guess.q), guess.parameters)
     found = solve(equations, condition, near, options=_FAR)
-    part, growth, linear = _grazing(equations, guess), 0.5, _opened(equations, guess.omega).at
+    part, growth, linear = _grazing(equations, guess), 0.5, _guess(equations, guess.omega)
     near = Unknowns(part * linear.q, guess.parameters)
     while found.failure and growth > _SMALLEST_GROWTH:
         tried = min(1.0, (1 + growth) * part)
         mechanics = structure.at_level(tried).mechanics
-        step = solve(replace(equations, mechanics=mechanics), condition, near, options=_NEAR)
+        grown = TimedEquations.of(mechanics, equations.series)
+        step = solve(grown, condition, near, options=_NEAR)
         if step.failure:
             growth /= 2
             continue

@@ -171,7 +171,7 @@ def resonances(structure: DrivenStructure, series: FourierSeries, frequencies: A
     The largest motions that lie between the wanted frequencies are there, or next to there.
     """
     low, high = frequencies[[0, -1]]
-    driving = np.array([n for n in set(structure.drive.harmonics) if n])
+    driving = np.array([n for n in structure.harmonics if n])
     natural = structure.model.omega / (2 * np.pi)
     met = np.unique(natural[:, None] / driving)
     return met[(met > low) & (met < high)]
@@ -179,7 +179,7 @@ def resonances(structure: DrivenStructure, series: FourierSeries, frequencies: A
 
 def _pressed(structure: DrivenStructure) -> bool:
     """Whether contact points touch at rest, so that every motion has contact."""
-    return bool(structure.model.gap.min() <= 0) and not structure.objection
+    return structure.smallest_gap <= 0 and not structure.objection
 
 
 def _with_reason(point: ResponsePoint, objection: str) -> ResponsePoint:

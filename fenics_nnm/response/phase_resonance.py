@@ -151,6 +151,8 @@ def damped_backbone(
 
 def _objection(structure: DrivenStructure) -> str:
     """Why phase resonance is not defined, or not found, or nothing."""
+    if structure.gap_motion.moves:
+        return "phase resonance needs forces alone: a casing that moves past drives the structure"
     harmonics = set(structure.drive.harmonics)
     if len(harmonics) > 1 or 0 in harmonics:
         listed = ", ".join(map(str, sorted(harmonics)))

@@ -8,7 +8,7 @@ are watched, and their state at its start (Poincare points).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -145,7 +145,8 @@ def simulation(
 
 def _period(flow: DampedFlow, watched: Watched, whole: Trajectory, clock: float) -> Period:
     """What is kept of the motion in a period."""
-    moved, speed = moved_places(flow, watched, whole.q_at, whole.velocity_at)
+    phases = 2 * np.pi * np.arange(_INSTANTS + 1) / _INSTANTS
+    moved, speed = moved_places(flow, watched, (whole.q_at, whole.velocity_at), phases)
     frequency = flow.drive.omega / (2 * np.pi)
     return Period(
         frequency=frequency,
@@ -160,12 +161,19 @@ def _period(flow: DampedFlow, watched: Watched, whole: Trajectory, clock: float)
 
 
 def moved_places(
-    flow: DampedFlow, watched: Watched, q: Array, velocity: Array
+    flow: DampedFlow, watched: Watched, states: tuple[Array, Array], phases: Array
 ) -> tuple[Array, Array]:
-    """Displacements and speeds of places at states of shape (s, J), each of shape (s, w)."""
-    model = flow.model
-    forces = Complementarity(model.R, model.gap)(q @ model.Phi.T)
-    rates = forces.change(velocity @ model.Phi.T)
+    """Displacements and speeds of places, each of shape (s, w).
+
+    Args:
+        flow: Flow.
+        watched: What is watched.
+        states: Coordinates and velocities, each of shape (s, J).
+        phases: Phases of the force at these states, shape (s,).
+    """
+    model, (q, velocity), drive = flow.model, states, flow.drive
+    forces = Complementarity(model.R, model.gap)(q @ model.Phi.T - drive.gap.at(phases))
+    rates = forces.change(velocity @ model.Phi.T - drive.omega * drive.gap.rate(phases))
     return (
         q @ watched.shapes.T - forces.force @ watched.residual.T,
         velocity @ watched.shapes.T - rates @ watched.residual.T,
@@ -184,7 +192,7 @@ def settled(flow: DampedFlow, q: Array, velocity: Array, frequency: float) -> Se
     omega, start = 2 * np.pi * frequency, np.concatenate([q, velocity])
     scale = np.concatenate([flow.model.omega, np.ones_like(q)])
     for periods in _near_repeats(flow.at(omega), scale, (q, velocity)):
-        slower = replace(flow.drive, omega=omega / periods, order=periods * flow.drive.order)
+        slower = flow.at(omega).drive.slower(periods)
         orbit = driven_orbit(flow.driven_by(slower), q, velocity)
         exact = np.concatenate([orbit.q, orbit.velocity])
         distance = _apart(scale, start, exact)

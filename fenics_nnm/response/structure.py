@@ -13,6 +13,7 @@ from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.linear_part import LinearPart
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 
 #: Why contact points that move with the modes alone cannot touch.
 NO_FLEXIBILITY = (
@@ -99,6 +100,9 @@ class DrivenStructure:
         watched: Places whose displacement is watched.
         forces: f, forces that the motion determines besides those of contact.
         objection: Why its contact points cannot touch anything, or nothing.
+        gap_motion: How gaps move at level 1.
+        speed_per_hertz: Speed of rotation in rad/s that goes with a frequency of 1 Hz; nan where
+            they are not tied.
     """
 
     model: ReducedModel
@@ -107,6 +111,8 @@ class DrivenStructure:
     watched: Watched
     forces: tuple[Force, ...] = ()
     objection: str = ""
+    gap_motion: GapMotion = STILL
+    speed_per_hertz: float = float("nan")
 
     @classmethod
     def of(
@@ -126,8 +132,28 @@ class DrivenStructure:
     def mechanics(self) -> Mechanics:
         """What its motion obeys."""
         return Mechanics(
-            self.model, self.model.at_rest(), self.linear, self.forces, self.drive.excitations
+            self.model,
+            self.model.at_rest(),
+            self.linear,
+            self.forces,
+            self.drive.excitations,
+            self.gap_motion,
         )
+
+    @property
+    def harmonics(self) -> tuple[int, ...]:
+        """Harmonics of the frequency at which it is driven, ascending."""
+        return tuple(sorted({*self.drive.harmonics, *self.gap_motion.harmonics}))
+
+    @property
+    def highest_harmonic(self) -> int:
+        """The highest harmonic at which it is driven."""
+        return max(self.harmonics, default=0)
+
+    @property
+    def smallest_gap(self) -> float:
+        """Smallest gap in m while nothing moves but the gaps; negative where they press."""
+        return float((self.model.gap + self.gap_motion.lowest).min(initial=np.inf))
 
     @property
     def monitors(self) -> tuple[str, ...]:
@@ -135,8 +161,10 @@ class DrivenStructure:
         return self.watched.names
 
     def at_level(self, level: float) -> DrivenStructure:
-        """The same with all forces times a factor."""
-        return replace(self, drive=self.drive.scaled(level))
+        """The same with all forces, and the motions of gaps, times a factor."""
+        return replace(
+            self, drive=self.drive.scaled(level), gap_motion=self.gap_motion.scaled(level)
+        )
 
 
 def numbered(name: str, count: int) -> tuple[str, ...]:

@@ -2,9 +2,9 @@ r"""Motion of a damped, driven model in time, exact but for round-off.
 
     q'' + C q' + Lambda q + Phi^T lambda = p(t),
 
-with C any matrix and p harmonics of a frequency: as `flow`, of stages that are linear in between
-changes of contact. A stop that gives way, of stiffness k, is a contact point with 1 / k more
-residual flexibility R.
+with C any matrix and p harmonics of a frequency, in which gaps may move, too: as `flow`, of stages
+that are linear in between changes of contact. A stop that gives way, of stiffness k, is a contact
+point with 1 / k more residual flexibility R.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class DampedFlow:
     Attributes:
         model: Reduced model, R > 0.
         rate: C in 1/s, shape (J, J).
-        drive: Harmonic forces.
+        drive: Harmonic forces, and motions of the gaps.
         most_changes: A motion with more changes of contact than this is given up.
 
     Raises:
@@ -63,7 +63,9 @@ class DampedFlow:
     conservative: Flow = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        book = StageBook(self.model, lambda active: DampedStage.of(self.model, self.rate, active))
+        model, rate = self.model, self.rate
+        moves = np.hstack([model.Phi, -np.eye(model.points)])
+        book = StageBook(model, moves, lambda active: DampedStage.of(model, rate, active))
         object.__setattr__(self, "book", book)
         object.__setattr__(self, "conservative", Flow(self.model))
 
@@ -81,7 +83,7 @@ class DampedFlow:
                 "linear equations between changes of contact"
             )
         model = mechanics.model
-        drive = Drive.of(omega, mechanics.excitations, model.modes)
+        drive = Drive.of(omega, mechanics.excitations, model.modes, mechanics.gap_motion)
         return cls(model, mechanics.linear.rate, drive)
 
     def at(self, omega: float) -> DampedFlow:
@@ -136,8 +138,11 @@ class DampedFlow:
         """The motion from a state, from change to change of contact, for a time."""
         clock, stage = 0.0, None
         for _ in range(self.most_changes + 1):
-            stage = self.book.after(q, velocity, stage)
             turned = phase + self.drive.omega * clock
+            gap, gap_rate = self.drive.gap_at(turned, self.model.points)
+            stage = self.book.after(
+                np.concatenate([q, gap]), np.concatenate([velocity, gap_rate]), stage
+            )
             motion = stage.motion(q, velocity, self.drive, turned)
             duration = motion.end(2 * self.book.moment, span - clock)
             yield Stretch(motion, clock, duration)
@@ -146,19 +151,30 @@ class DampedFlow:
             if clock >= span:
                 return
 
-    def forces(self, q: Array) -> Array:
-        """Contact forces in N at states of shape (s, J), shape (s, n_c)."""
-        return self.book.forces(q)
+    def forces(self, q: Array, phase: Array | float = 0.0) -> Array:
+        """Contact forces in N at states of shape (s, J), and one phase or (s,), shape (s, n_c)."""
+        moved = np.broadcast_to(self.drive.gap.at(phase), (len(q), self.model.points))
+        return self.book.forces(np.hstack([q, moved]))
 
     def acceleration(self, q: Array, velocity: Array, phase: float = 0.0) -> Array:
         """Acceleration p - C q' - omega^2 q - Phi^T lambda(q) at a phase, shape (J,)."""
-        own = self.conservative.acceleration(q, velocity)
-        return np.asarray(own - self.rate @ velocity + self.drive.force(phase))
+        pull = self.model.omega**2 * q + self.forces(q[None], phase)[0] @ self.model.Phi
+        return np.asarray(self.drive.force(phase) - pull - self.rate @ velocity)
 
     def energy_gradient(self, q: Array, velocity: Array) -> Array:
-        """Derivative of the energy by q and velocity, shape (2 J,)."""
+        """Derivative of the energy by q and velocity, of gaps that stand still, shape (2 J,)."""
         return self.conservative.energy_gradient(q, velocity)
 
-    def energy(self, q: Array, velocity: Array) -> float:
-        """Total energy in J from the state of rest, without the potential of the drive."""
-        return self.conservative.energy(q, velocity)
+    def energy(self, q: Array, velocity: Array, phase: float = 0.0) -> float:
+        """Total energy in J from the state of rest, without the potential of the drive.
+
+        Of contact points it is that of their residual flexibility, lambda^T R lambda / 2.
+        """
+        own = self.conservative.energy(q, velocity)
+        if not self.drive.gap.moves:
+            return own
+        still, moved = (
+            float(force @ self.model.R @ force) / 2
+            for force in (self.conservative.forces(q[None])[0], self.forces(q[None], phase)[0])
+        )
+        return own + moved - still

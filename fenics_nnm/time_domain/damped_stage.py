@@ -3,7 +3,9 @@ r"""Motion between two changes of contact with terms of the velocity and a harmo
 With V diag(nu^2) V^T the stiffness with the points A in contact, as in `linear_stage`, and
 y = (nu V^T (q - rest), V^T q') it obeys
 
-    y' = [[0, diag(nu)], [-diag(nu), -V^T C V]] y + (0, V^T p(t)).
+    y' = [[0, diag(nu)], [-diag(nu), -V^T C V]] y + (0, V^T (p(t) + Phi_A^T R_AA^-1 g1_A(t))),
+
+g1 the change of the gaps, in which margins are linear, too.
 
 Without C the matrix is skew, so that its eigenvectors are as good as they can be. C may be any
 matrix: damping, gyroscopic, negative.
@@ -17,6 +19,7 @@ import numpy as np
 from scipy.linalg import eig
 
 from fenics_nnm.arrays import Array, Complex, Mask
+from fenics_nnm.mechanics.closed import effects_of_gaps
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.drive import Drive
 from fenics_nnm.time_domain.kept import bytes_of
@@ -52,6 +55,8 @@ class DampedStage:
         inward: B per modal force, shape (K, J).
         by_wave: Margins, but for those at rest, and below them their rates, by z, (2 n_c, K).
         fastest: Largest rate in 1/s of the free motion.
+        pull_by_gap: Modal force per change of the gaps, shape (J, n_c).
+        margin_by_gap: Margins per change of the gaps, shape (n_c, n_c).
     """
 
     linear: LinearStage
@@ -61,6 +66,8 @@ class DampedStage:
     inward: Complex
     by_wave: Complex
     fastest: float
+    pull_by_gap: Array
+    margin_by_gap: Array
 
     @classmethod
     def of(cls, model: ReducedModel, rate: Array, active: Mask) -> DampedStage:
@@ -77,7 +84,8 @@ class DampedStage:
         by_state = np.concatenate([shape / linear.nu @ basis[:modes], shape @ basis[modes:]])
         inward = inverse[:, modes:] @ linear.V.T
         fastest = float(np.linalg.norm(_state_matrix(linear, rate), 2))
-        return cls(linear, propagator, basis, inverse, inward, by_state, fastest)
+        by_gap = effects_of_gaps(model, active)
+        return cls(linear, propagator, basis, inverse, inward, by_state, fastest, *by_gap)
 
     @property
     def nbytes(self) -> int:
@@ -86,19 +94,27 @@ class DampedStage:
         return self.linear.nbytes + bytes_of(*own)
 
     def holds(self, q: Array) -> bool:
-        """Whether all margins are positive at coordinates of shape (J,)."""
-        return self.linear.holds(q)
+        """Whether all margins are positive at coordinates and changes of gaps, shape (J + n_c,)."""
+        return bool(self._margins(q).min() > 0)
 
     def toggled(self, q: Array) -> Mask:
         """Points in contact, with the change where a margin is not positive, shape (n_c,)."""
-        return self.linear.toggled(q)
+        return np.asarray(self.linear.active ^ (self._margins(q) <= 0))
+
+    def _margins(self, q: Array) -> Array:
+        coordinates, moved = np.split(q, [len(self.linear.nu)])
+        return self.linear.margins(coordinates) + self.margin_by_gap @ moved
 
     def motion(self, q: Array, velocity: Array, drive: Drive, phase: float) -> DampedMotion:
         """The motion from a state, at a phase of the force."""
         linear = self.linear
         state = np.concatenate([linear.nu * ((q - linear.rest) @ linear.V), velocity @ linear.V])
-        push = Push(self.inward @ drive.turned(phase), drive.rates)
-        return DampedMotion(self, self.propagator.course(self.inverse @ state, push), push.fastest)
+        moved = drive.gap_turned(phase, len(linear.size))
+        by_gap, rates = self.inward @ (self.pull_by_gap @ moved), drive.gap_rates
+        amplitude = np.hstack([self.inward @ drive.turned(phase), by_gap])
+        push = Push(amplitude, np.concatenate([drive.rates, rates]))
+        course = self.propagator.course(self.inverse @ state, push)
+        return DampedMotion(self, course, push.fastest, Sway(self.margin_by_gap @ moved, rates))
 
     def scaled(self, change: Array) -> Array:
         """Changes of (q, q') as changes of y, shape (2 J, c)."""
@@ -135,6 +151,34 @@ def _solved(A: Array) -> tuple[Propagator, Complex, Complex]:
 
 
 @dataclass(frozen=True, slots=True)
+class Sway:
+    """What moving gaps add to margins, Re(sum_f m_f exp(i nu_f t)).
+
+    Attributes:
+        margin: m in m, shape (n_c, F).
+        rates: nu in rad/s, shape (F,).
+    """
+
+    margin: Complex
+    rates: Array
+
+    @property
+    def size(self) -> Array:
+        """Bounds of it in m, shape (n_c,)."""
+        return np.abs(self.margin).sum(axis=1)
+
+    @property
+    def bend(self) -> Array:
+        """Bounds of its second derivative in m/s^2, shape (n_c,)."""
+        return np.abs(self.margin) @ self.rates**2
+
+    def at(self, time: float) -> Array:
+        """It, and below it its rate, at a time from the start, shape (2 n_c,)."""
+        waves = self.margin * np.exp(1j * time * self.rates)
+        return np.concatenate([waves.sum(axis=1).real, (waves @ (1j * self.rates)).real])
+
+
+@dataclass(frozen=True, slots=True)
 class DampedMotion:
     """A motion of a stage.
 
@@ -142,11 +186,13 @@ class DampedMotion:
         stage: The stage.
         course: The numbers z over time.
         driven: Largest rate in 1/s of the force.
+        sway: What moving gaps add to the margins.
     """
 
     stage: DampedStage
     course: Course
     driven: float
+    sway: Sway
 
     @property
     def contact(self) -> bool:
@@ -192,10 +238,13 @@ class DampedMotion:
         stage, linear, points = self.stage, self.stage.linear, len(self.stage.linear.size)
         rows, course, time = stage.by_wave[:points], self.course, start
         by_size, pushed = course.bends(rows)
-        reach, offset = np.abs(rows), np.abs(linear.margin_rest)
+        sway, moves = self.sway, self.sway.rates.size > 0
+        reach, offset = np.abs(rows), np.abs(linear.margin_rest) + sway.size
+        pushed = pushed + sway.bend
         while time < longest:
             z = course.at(time)
             found, sizes = (stage.by_wave @ z).real, course.sizes(z)
+            found = found + sway.at(time) if moves else found
             least = np.maximum(reach @ sizes + offset, np.maximum(linear.size, _TINY))
             left = found[:points] + linear.margin_rest + _ROUND_OFF * least
             if time == start and left.min() <= 0:

@@ -2,7 +2,7 @@ r"""Harmonic forces as sums of rotating numbers: what drives a motion in time.
 
     p(t) = sum_f P_f exp(i n_f theta(t)),      theta(t) = theta_0 + omega t,
 
-where harmonics n and -n with conjugate amplitudes make a real force.
+where harmonics n and -n with conjugate amplitudes make a real force; and gaps that move likewise.
 """
 
 from __future__ import annotations
@@ -14,24 +14,33 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.mechanics.excitation import Excitation
+from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Modal forces in harmonics of a frequency.
+    """Modal forces and motions of gaps in harmonics of a frequency.
 
     Attributes:
         omega: Circular frequency in rad/s.
         order: Harmonics n_f, each with its negative, shape (F,).
         amplitude: P_f in N kg^-1/2, shape (J, F).
+        gap: How gaps move.
     """
 
     omega: float
     order: Array
     amplitude: Complex
+    gap: GapMotion = STILL
 
     @classmethod
-    def of(cls, omega: float, excitations: Sequence[Excitation], modes: int) -> Drive:
+    def of(
+        cls,
+        omega: float,
+        excitations: Sequence[Excitation],
+        modes: int,
+        gap: GapMotion = STILL,
+    ) -> Drive:
         """The forces of excitations at a circular frequency; none is a drive, too."""
         order: list[float] = []
         columns: list[Array | Complex] = []
@@ -40,7 +49,7 @@ class Drive:
             order += [each.harmonic, -each.harmonic]
             columns += [force, force.conj()]
         amplitude = np.reshape(np.array(columns, complex), (-1, modes)).T
-        return cls(omega, np.array(order, float), amplitude)
+        return cls(omega, np.array(order, float), amplitude, gap)
 
     @property
     def rates(self) -> Array:
@@ -56,6 +65,30 @@ class Drive:
         waves = np.exp(1j * np.multiply.outer(phase, self.order))
         return np.asarray((waves @ self.amplitude.T).real)
 
+    @property
+    def gap_rates(self) -> Array:
+        """Circular frequencies of the rotating numbers of gaps in rad/s, shape (2 G,)."""
+        n = np.array(self.gap.harmonics, float)
+        return self.omega * np.concatenate([n, -n])
+
+    def gap_turned(self, phase: float, points: int) -> Complex:
+        """Rotating numbers of some gaps at a phase, which add up to their change, (n_c, 2 G)."""
+        shape = len(self.gap.harmonics), points
+        half = np.broadcast_to(self.gap.amplitudes, shape).T / 2
+        turned = half * np.exp(1j * phase * np.array(self.gap.harmonics, float))
+        return np.hstack([turned, turned.conj()])
+
+    def gap_at(self, phase: float, points: int) -> tuple[Array, Array]:
+        """Change of some gaps in m at a phase, and its rate in m/s, each of shape (n_c,)."""
+        change, rate = self.gap.at(phase), self.omega * self.gap.rate(phase)
+        return np.broadcast_to(change, (points,)), np.broadcast_to(rate, (points,))
+
     def at(self, omega: float) -> Drive:
         """The same at another circular frequency."""
         return replace(self, omega=omega)
+
+    def slower(self, periods: int) -> Drive:
+        """The same, written in harmonics of the frequency over a number of periods."""
+        harmonics = tuple(periods * n for n in self.gap.harmonics)
+        gap = replace(self.gap, harmonics=harmonics)
+        return Drive(self.omega / periods, periods * self.order, self.amplitude, gap)

@@ -1,4 +1,4 @@
-"""Energy of a damped, driven motion in time: work of the force, dissipation, change."""
+"""Energy of a damped, driven motion in time: work of force and moving gaps, dissipation, change."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class EnergyBalance:
     """What a motion took in and gave away.
 
     Attributes:
-        work: Work of the harmonic forces in J.
+        work: Work of the harmonic forces, and of contact forces at gaps that move, in J.
         dissipated: Energy that damping took in J; negative where it drives the motion.
         change: Change of kinetic and potential energy in J.
         turned_over: Integral of the absolute power of forces and damping in J.
@@ -47,19 +47,23 @@ def energy_balance(
         span: Time in s.
         phase: Phase of the force at the start.
     """
-    start, totals = flow.energy(q, velocity), np.zeros(3)
+    start, totals = flow.energy(q, velocity, phase), np.zeros(3)
     for stretch in flow.stretches(q, velocity, span, phase):
         totals += _powers(flow, stretch, phase)
         q, velocity = stretch.motion.state(stretch.duration)
     work, dissipated, turned_over = map(float, totals)
-    return EnergyBalance(work, dissipated, flow.energy(q, velocity) - start, turned_over)
+    end = flow.energy(q, velocity, phase + flow.drive.omega * span)
+    return EnergyBalance(work, dissipated, end - start, turned_over)
 
 
 def _powers(flow: DampedFlow, stretch: Stretch, phase: float) -> Array:
     """Work, dissipation, and the integral of both powers' sizes, over a stretch."""
     panels = stretch.motion.panels(stretch.duration)
-    _, velocity = stretch.motion.states(panels.times)
+    q, velocity = stretch.motion.states(panels.times)
     turned = phase + flow.drive.omega * (stretch.clock + panels.times)
     given = np.sum(flow.drive.force(turned) * velocity, axis=1)
+    if flow.drive.gap.moves:
+        rate = flow.drive.omega * flow.drive.gap.rate(turned)
+        given = given - np.sum(flow.forces(q, turned) * rate, axis=1)
     taken = np.sum((velocity @ flow.rate.T) * velocity, axis=1)
     return np.array([given, taken, np.abs(given) + np.abs(taken)]) @ panels.weights

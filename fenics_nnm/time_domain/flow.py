@@ -38,7 +38,8 @@ class Flow:
     _rest: RestState = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        book = StageBook(self.model, lambda active: LinearStage.of(self.model, active))
+        model = self.model
+        book = StageBook(model, model.Phi, lambda active: LinearStage.of(model, active))
         object.__setattr__(self, "_book", book)
         object.__setattr__(self, "_rest", self.model.at_rest())
 

@@ -28,7 +28,7 @@ class Stage(Protocol):
     """Equations of motion while the points in contact stay the same."""
 
     def holds(self, q: Array) -> bool:
-        """Whether all margins are positive at coordinates of shape (J,)."""
+        """Whether all margins are positive at a state of shape (k,)."""
 
     def toggled(self, q: Array) -> Mask:
         """Points in contact, with the change where a margin is not positive, shape (n_c,)."""
@@ -47,6 +47,8 @@ class StageBook(Generic[S]):
 
     Attributes:
         model: Reduced model, R > 0.
+        moves: Displacement of the contact points against their gaps per number of a state: Phi, or
+            Phi and -1 of coordinates with changes of the gaps after them, shape (n_c, k).
         made: Makes the stage with given points in contact, shape (n_c,).
 
     Raises:
@@ -54,6 +56,7 @@ class StageBook(Generic[S]):
     """
 
     model: ReducedModel
+    moves: Array
     made: Callable[[Mask], S]
     moment: float = field(init=False)
     _law: Complementarity = field(init=False, repr=False, compare=False)
@@ -69,8 +72,8 @@ class StageBook(Generic[S]):
         object.__setattr__(self, "moment", _MOMENT / highest_frequency(self.model))
 
     def forces(self, q: Array) -> Array:
-        """Contact forces in N at states of shape (s, J), shape (s, n_c)."""
-        return self._law(q @ self.model.Phi.T).force
+        """Contact forces in N at states of shape (s, k), shape (s, n_c)."""
+        return self._law(q @ self.moves.T).force
 
     def after(self, q: Array, velocity: Array, before: S | None) -> S:
         """The stage that a state is about to be in; most often one point opens or closes."""
@@ -82,14 +85,14 @@ class StageBook(Generic[S]):
         return self.at(soon)
 
     def at(self, q: Array) -> S:
-        """The stage of coordinates of shape (J,).
+        """The stage of a state of shape (k,).
 
         The forces at a state are unique: a stage with positive margins is the right one. Most
         often it is one of the last states asked for.
         """
         stage = next((known for known in self._recent if known.holds(q)), None)
         if stage is None:
-            stage = self._stage(self._law((self.model.Phi @ q)[None]).force[0] > 0)
+            stage = self._stage(self._law((self.moves @ q)[None]).force[0] > 0)
         others = [known for known in self._recent if known is not stage]
         self._recent[:] = [stage, *others[: _RECENT - 1]]
         return stage

@@ -59,7 +59,7 @@ def test_free_damped_motion_has_its_closed_form(zeta: float) -> None:
     )
     found = flow.run(np.array([0.5]), np.array([0.3]), 6.0, times=times)
     np.testing.assert_allclose(found.q_at[:, 0], exact.real, atol=1e-13)
-    dense = isinstance(flow.book.at(np.zeros(1)).propagator, Dense)
+    dense = isinstance(flow.book.at(np.zeros(2)).propagator, Dense)
     assert dense == (zeta == 1.0)
 
 

@@ -2,6 +2,7 @@
 
 from fenics_nnm.casing.cone import Cone
 from fenics_nnm.casing.frame import Frame
+from fenics_nnm.casing.passing import Passing, Turning
 from fenics_nnm.casing.plane import Plane
 from fenics_nnm.casing.radius import LobedRadius, RadialSurface, Radius
 from fenics_nnm.casing.surface import Reversed, RoundSurface, Surface
@@ -11,6 +12,7 @@ __all__ = [
     "Cone",
     "Frame",
     "LobedRadius",
+    "Passing",
     "Plane",
     "RadialSurface",
     "Radius",
@@ -18,5 +20,6 @@ __all__ = [
     "Reversed",
     "RoundSurface",
     "Surface",
+    "Turning",
     "read_radii",
 ]

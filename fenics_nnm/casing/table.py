@@ -47,6 +47,11 @@ class RadiusTable:
     span: tuple[float, float]
     bounds: tuple[float, float]
 
+    @property
+    def angles(self) -> int:
+        """Number of angles of the table."""
+        return int(self.spline.c.shape[0]) - 3  # of a periodic cubic spline
+
     @classmethod
     def of(cls, theta: Array, x: Array, r: Array) -> RadiusTable:
         """Interpolate.

@@ -40,11 +40,12 @@ def _convergence(arguments: argparse.Namespace) -> int:
     from fenics_nnm.resolution.auto import choice
     from fenics_nnm.resolution.convergence import convergence
     from fenics_nnm.structure.mesh_notes import report_notes
-    from fenics_nnm.structure.motions import assert_without_coriolis
+    from fenics_nnm.structure.motions import assert_still_gaps, assert_without_coriolis
     from fenics_nnm.study.reading import read_study
 
     study = read_study(arguments.study)
     assert_without_coriolis(study)
+    assert_still_gaps(study)
     console, comm = console_of(MPI.COMM_WORLD), MPI.COMM_WORLD
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-convergence"
     with terminable(), stages_of(console, arguments) as stages:

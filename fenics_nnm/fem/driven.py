@@ -19,6 +19,7 @@ from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.point_rows import attached_points, force_row, unit_rows
 from fenics_nnm.fem.pushes import Push
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.reduction.driven import DrivenBasis, DrivenPlaces, driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 
@@ -43,6 +44,7 @@ def driven(
     others: Others,
     modes: LinearModes,
     solver: ModalSolver,
+    gap_motion: GapMotion = STILL,
 ) -> DrivenBasis:
     """What a driven body is reduced to; to be called on all ranks.
 
@@ -50,18 +52,19 @@ def driven(
         MeshError: if a force acts where it has no effect, or not on the body.
         ModelError: if the place of a force moves no mass.
     """
-    columns, sizes = zip(*(push.column(solid) for push in pushes), strict=True)
+    found = [push.column(solid) for push in pushes]
     monitors = [force_row(solid, each) for each in others.monitors]
     dampers = Dampers.of(solid, others.dashpots)
     places = DrivenPlaces(
         springs=attached_points(solid),
-        excited=np.column_stack(columns),
-        sizes=np.array(sizes),
+        excited=np.column_stack([np.zeros((solid.owned, 0)), *(column for column, _ in found)]),
+        sizes=np.array([size for _, size in found], float),
         monitored=np.reshape(monitors, (-1, solid.owned)).T,
         dampers=dampers.rows,
         contact=interface.unit_forces(solid.owned),
         gap=interface.gap,
         damping=dampers.forces,
+        gap_motion=gap_motion,
     )
     return driven_basis(modes, places, operators_of(solid, interface, solver))
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.arrays import Array, Complex, Indices, Mask
 from fenics_nnm.errors import GeometryError, MeshError, ModelError
 from fenics_nnm.fem.deformed import deformed
 from fenics_nnm.fem.facing import Counterparts, counterparts
@@ -18,6 +18,13 @@ from fenics_nnm.fem.solid import Solid
 
 Field = Callable[[Array, Array], Array]
 Nearing = Callable[[Array, Array, Array], Array]
+Passed = Callable[[Array, Array], Mapping[int, Complex]]
+
+
+def standing(points: Array, directions: Array) -> Mapping[int, Complex]:
+    """Gaps to an obstacle that turns with the body do not move."""
+    return {}
+
 
 #: Part of a contact direction along free axes below which a vertex cannot move along it.
 _ALONG = 1e-9
@@ -54,6 +61,8 @@ class Patch:
         nearing: How much nearer in m steady loads bring points to their obstacle, of points
             before, points after and unit vectors (n, dim), where the gap is that before; None where
             it is a distance, which is measured after.
+        passing: How gaps move as the body turns past its obstacle: complex amplitudes in m of
+            harmonics of the speed, (n,) each, of points and unit vectors (n, 3).
         count: Number of points to spread evenly over the vertices, or None for all vertices.
         opposite: Facets that the patch can meet in place of a rigid obstacle.
         averaged: Whether contact points have the mean displacement of the area about them, in
@@ -70,6 +79,7 @@ class Patch:
     opposite: Opposite | None = None
     averaged: bool = False
     nearing: Nearing | None = None
+    passing: Passed = standing
 
     def gaps(self, points: Array, places: Array, directions: Array) -> Array:
         """Gaps in m along unit vectors of points that steady loads move to places, (n, dim) each.

@@ -14,6 +14,7 @@ from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.motion import Motion
+from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.response.point import ResponsePoint
 from fenics_nnm.results.header import BranchHeader
 
@@ -32,7 +33,10 @@ class DrivenMotion:
 
 
 def of_response(
-    header: BranchHeader, points: Sequence[ResponsePoint], numbers: Sequence[int]
+    header: BranchHeader,
+    points: Sequence[ResponsePoint],
+    numbers: Sequence[int],
+    gap_motion: GapMotion = STILL,
 ) -> list[NamedMotion]:
     """Motions of a response by level and frequency; later passings of both get a number.
 
@@ -40,6 +44,7 @@ def of_response(
         header: What the file of the response says of all its motions.
         points: Motions of the response.
         numbers: Those that files are wanted of.
+        gap_motion: How gaps move at level 1.
     """
     passed: Counter[tuple[float, str]] = Counter()
     named = []
@@ -50,7 +55,8 @@ def of_response(
         again = passed[point.level, frequency]
         passing = f" passing{again}" if again > 1 else ""
         words = f"level {level}, {frequency} Hz"
-        motion = _motion(header.model, header.time_series, point)
+        moved = gap_motion.scaled(point.level)
+        motion = _motion(header.model, header.time_series, point, moved)
         named.append(
             NamedMotion(
                 name=f"level{level}_{frequency}Hz{passing.replace(' ', '_')}",
@@ -63,8 +69,11 @@ def of_response(
     return named
 
 
-def _motion(model: ReducedModel, series: Series, point: ResponsePoint) -> Motion:
-    free = point.q @ model.Phi.T
+def _motion(
+    model: ReducedModel, series: Series, point: ResponsePoint, gap_motion: GapMotion
+) -> Motion:
+    """A motion; its contact points are displaced against gaps that move with -(g - g0)."""
+    free = point.q @ model.Phi.T - gap_motion.coefficients(series)
     return Motion(
         q=point.q,
         force=_forces(model, series.synthesis @ free),

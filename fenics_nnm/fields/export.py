@@ -118,7 +118,7 @@ def export_response(
         write_motions(
             folder,
             partial(response_file.read_body, file),
-            of_response(stored.header, points, numbers),
+            of_response(stored.header, points, numbers, stored.gap_motion),
             fields=fields,
             frames=frames,
             comm=comm,

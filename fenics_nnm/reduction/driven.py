@@ -11,6 +11,7 @@ from fenics_nnm.errors import TooManyModesError
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.reduction.attached import AttachedPoints, EnrichedModes, enriched
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_model
@@ -35,6 +36,7 @@ class DrivenPlaces:
         contact: Unit contact forces, B^T, shape (n, n_c).
         gap: Gaps of the contact points in m, shape (n_c,).
         damping: C u in N s/m times m, of all dashpots and of a damping matrix.
+        gap_motion: How gaps move, in harmonics of the speed.
     """
 
     springs: AttachedPoints
@@ -45,6 +47,7 @@ class DrivenPlaces:
     contact: Array
     gap: Array
     damping: Product = undamped
+    gap_motion: GapMotion = STILL
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +69,7 @@ class DrivenBasis:
         shapes: Displacement per modal coordinate, kg^-1/2, shape (n, J').
         residual_shapes: Displacement per contact force that the modes do not bring, m/N,
             shape (n, n_c).
+        gap_motion: How gaps move, in harmonics of the speed.
     """
 
     model: ReducedModel
@@ -78,6 +82,7 @@ class DrivenBasis:
     forces: tuple[Force, ...]
     shapes: Array
     residual_shapes: Array
+    gap_motion: GapMotion = STILL
 
 
 def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators) -> DrivenBasis:
@@ -112,6 +117,7 @@ def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators)
         forces=points.forces(attached),
         shapes=basis.shapes,
         residual_shapes=lacking if model.massless else np.zeros_like(lacking),
+        gap_motion=places.gap_motion,
     )
 
 

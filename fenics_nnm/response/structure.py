@@ -101,8 +101,6 @@ class DrivenStructure:
         forces: f, forces that the motion determines besides those of contact.
         objection: Why its contact points cannot touch anything, or nothing.
         gap_motion: How gaps move at level 1.
-        speed_per_hertz: Speed of rotation in rad/s that goes with a frequency of 1 Hz; nan where
-            they are not tied.
     """
 
     model: ReducedModel
@@ -112,7 +110,6 @@ class DrivenStructure:
     forces: tuple[Force, ...] = ()
     objection: str = ""
     gap_motion: GapMotion = STILL
-    speed_per_hertz: float = float("nan")
 
     @classmethod
     def of(

@@ -7,6 +7,7 @@ Layout (SI units):
     /model, /series, /mesh, /input_mesh, /material, /contact, /basis, /state
                          as in branch.h5; the model is that of free modes and the shapes that
                          forces at points add to them
+    /gap_motion          harmonics (F), amplitudes (F, n_c, complex) of gaps that move, at level 1
     /watched             shapes (w, J), residual (w, n_c) of the places that are watched; attribute
                          names (JSON)
     /levels/000000 ...   motions of a level in the order of its curves, P of them:
@@ -38,6 +39,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.files.bounds import check_hdf5
+from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.response.levels import Response
 from fenics_nnm.response.structure import Watched
 from fenics_nnm.results.durable import replacing, write_whole
@@ -72,12 +74,14 @@ class StoredResponse:
         watched: Places that are watched.
         found: The motions.
         lines: What was said of it, a line each.
+        gap_motion: How gaps move at level 1.
     """
 
     header: BranchHeader
     watched: Watched
     found: Response
     lines: tuple[str, ...] = ()
+    gap_motion: GapMotion = STILL
 
 
 def create(path: Path, header: BranchHeader, watched: Watched, data: Data) -> None:
@@ -154,7 +158,11 @@ def read(path: Path) -> StoredResponse:
             assert_format(path, file, FORMAT)
             lines = tuple(json.loads(file.attrs.get("lines", "[]")))
             return StoredResponse(
-                header_in(file), _watched(file["watched"]), _found(path, file), lines
+                header_in(file),
+                _watched(file["watched"]),
+                _found(path, file),
+                lines,
+                _gap_motion(file),
             )
 
 
@@ -178,6 +186,23 @@ def with_signs(found: Response, signs: Array) -> Response:
 def _watched(group: h5py.Group) -> Watched:
     names = tuple(json.loads(group.attrs["names"]))
     return Watched(names, np.array(group["shapes"]), np.array(group["residual"]))
+
+
+def gap_arrays(motion: GapMotion) -> dict[str, Array]:
+    """How gaps move as data sets by their place in a file; none where they stand still."""
+    if not motion.moves:
+        return {}
+    return {
+        "gap_motion/harmonics": np.array(motion.harmonics),
+        "gap_motion/amplitudes": np.asarray(motion.amplitudes),
+    }
+
+
+def _gap_motion(file: h5py.File) -> GapMotion:
+    if "gap_motion" not in file:
+        return STILL
+    group = file["gap_motion"]
+    return GapMotion(tuple(map(int, group["harmonics"])), np.array(group["amplitudes"]))
 
 
 def _found(path: Path, file: h5py.File) -> Response:

@@ -22,7 +22,7 @@ from fenics_nnm.running.trust import log_warnings
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse, linear_analysis
 from fenics_nnm.structure.mesh_notes import report_notes
-from fenics_nnm.structure.motions import assert_without_coriolis
+from fenics_nnm.structure.motions import assert_still_gaps, assert_without_coriolis
 from fenics_nnm.structure.prepared import Prepared
 from fenics_nnm.study import Study
 from fenics_nnm.study.inputs import input_digests, input_files
@@ -125,6 +125,7 @@ def prepare(job: Job, staging: Staging) -> Ready:
         NonlinearModeError: if the study cannot be run.
     """
     assert_without_coriolis(job.study)
+    assert_still_gaps(job.study)
     inputs = on_root(job.comm, input_digests, job.study)
     earlier = on_root(job.comm, _earlier_runs, job, staging, inputs)
     shared, job = job.analyse is not None, _on_mesh_of(earlier, job)

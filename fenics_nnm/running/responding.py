@@ -18,6 +18,7 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.driven import of_response
 from fenics_nnm.fields.files import write_motions
 from fenics_nnm.interrupts import uninterrupted
+from fenics_nnm.mechanics.moving_gap import GapMotion
 from fenics_nnm.output.response_lines import incomplete, kinematics_note, pieces, short_of
 from fenics_nnm.output.response_report import write_response
 from fenics_nnm.resolution.driven_auto import DrivenChoice, driven_choice
@@ -99,7 +100,7 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
             notes, missing = _notes(chosen, found), tuple(_missing(study, found))
             lines = [*_lines(missing, found), *notes]
             on_root(comm, response_file.finish, place.file, found, lines)
-            _write_fields(job, place, linear, header, found)
+            _write_fields(job, place, linear, header, found, structure.gap_motion)
             on_root(comm, _publish, job, place, structure, found)
     return Responded(structure, found, notes, missing)
 
@@ -154,7 +155,8 @@ def _begun(
     blocks: Mapping[str, Blocks],
 ) -> Response:
     """Make response.h5, and find levels of an earlier response that are wanted again."""
-    whole = Data(data.arrays, blocks, data.packed)
+    arrays = {**data.arrays, **response_file.gap_arrays(structure.gap_motion)}
+    whole = Data(arrays, blocks, data.packed)
     response_file.create(place.file, header, structure.watched, whole)
     if not job.resume:
         response_folder.report(place.results, place.path)
@@ -180,7 +182,12 @@ def _solved(
 
 
 def _write_fields(
-    job: ResponseJob, place: Workplace, linear: DrivenLinear, header: BranchHeader, found: Response
+    job: ResponseJob,
+    place: Workplace,
+    linear: DrivenLinear,
+    header: BranchHeader,
+    found: Response,
+    gap_motion: GapMotion,
 ) -> None:
     """Write ParaView files of the motions that are asked for, if there is a mesh."""
     numbers = reported(found, reported_frequencies(job.study))
@@ -191,7 +198,7 @@ def _write_fields(
     write_motions(
         folder,
         partial(response_file.read_body, place.file),
-        of_response(header, found.points, numbers),
+        of_response(header, found.points, numbers, gap_motion),
         fields=job.study.output.fields,
         frames=job.study.output.frames,
         comm=job.comm,

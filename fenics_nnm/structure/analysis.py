@@ -19,7 +19,12 @@ from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.matrix_structure import MatrixStructure
 from fenics_nnm.structure.mesh_structure import MeshStructure
-from fenics_nnm.structure.motions import assert_without_coriolis, harmonic_balance, wanted_motions
+from fenics_nnm.structure.motions import (
+    assert_still_gaps,
+    assert_without_coriolis,
+    harmonic_balance,
+    wanted_motions,
+)
 from fenics_nnm.structure.prepared import Prepared, prepared
 from fenics_nnm.structure.structure import Linear, Structure
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
@@ -127,6 +132,7 @@ def nonlinear_mode(
         StudyError: if the study names such a motion and none is given, or the other way round.
     """
     assert_without_coriolis(study)
+    assert_still_gaps(study)
     if (begin is None) != (study.continuation.beginning is None):
         given = "is not given" if begin is None else "is given"
         raise StudyError(

@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, in_space
-from fenics_nnm.casing import Surface
+from fenics_nnm.arrays import Array, Complex, in_space
+from fenics_nnm.casing import Passing, Surface, Turning
 from fenics_nnm.errors import GeometryError, ModelError
 from fenics_nnm.fem.direction import Direction
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.fem.patch_sites import Field, Nearing, Opposite, Patch
-from fenics_nnm.study.contact import ContactSection, PatchesSection, PatchSection
-from fenics_nnm.study.record import fitted
+from fenics_nnm.fem.patch_sites import Field, Nearing, Opposite, Passed, Patch, standing
+from fenics_nnm.study import MeshStudy
+from fenics_nnm.study.casing import TurningCasing
+from fenics_nnm.study.contact import PatchSection
+from fenics_nnm.study.loading import RotationSection
+from fenics_nnm.study.record import axis_vector, fitted
 
 Result = TypeVar("Result")
 
 
-def contact_patches(
-    contact: ContactSection | PatchesSection, tagged: TaggedMesh
-) -> tuple[Patch, ...]:
+def contact_patches(study: MeshStudy, tagged: TaggedMesh) -> tuple[Patch, ...]:
     """Patches of a study on its mesh; called on all ranks.
 
     Raises:
@@ -30,10 +32,13 @@ def contact_patches(
         ModelError: if a vector does not fit the dimension of the mesh.
         GeometryError: if a casing cannot be made, or its table not read.
     """
-    return tuple(_patch(key, patch, tagged) for key, patch in contact.patches.items())
+    rotation = study.rotation
+    return tuple(_patch(*each, tagged, rotation) for each in study.contact.patches.items())
 
 
-def _patch(key: str, patch: PatchSection, tagged: TaggedMesh) -> Patch:
+def _patch(
+    key: str, patch: PatchSection, tagged: TaggedMesh, rotation: RotationSection | None
+) -> Patch:
     facets = tagged.facets_of(patch.facets, f"{key}.facets")
     opposite = None
     if patch.against is not None:
@@ -45,18 +50,54 @@ def _patch(key: str, patch: PatchSection, tagged: TaggedMesh) -> Patch:
         made = casing
         comm = tagged.mesh.comm
         surface = on_root(comm, _naming, f"{key}.casing", made.surface)
+    gap: Field | None = _gap(key, patch, surface)
+    passing: Passed = standing
+    if isinstance(casing, TurningCasing) and casing.passing_order and rotation:
+        passed = on_root(
+            tagged.mesh.comm, _naming, f"{key}.casing", partial(casing.passing, _turning(rotation))
+        )
+        gap, passing = _mean_gap(key, casing.clearance, passed), _amplitudes(passed)
     return Patch(
         key=key,
         name=patch.name or ", ".join(patch.facets),
         facets=facets,
         what=_quoted(patch.facets),
         direction=_direction(key, patch, tagged.dim, surface),
-        gap=_gap(key, patch, surface),
+        gap=gap,
         count=None if patch.points == "all" else patch.points,
         opposite=opposite,
         averaged=patch.rows == "averaged",
         nearing=None if patch.gap is None else _nearing(key, patch, tagged.dim),
+        passing=passing,
     )
+
+
+def _turning(rotation: RotationSection) -> Turning:
+    """How a body turns, in the sense of its speed."""
+    axis = np.array(axis_vector(rotation.axis)) * np.sign(rotation.omega)
+    return Turning(np.array(rotation.origin), axis)
+
+
+def _mean_gap(key: str, clearance: float, passed: Passing) -> Field:
+    """Mean gaps in a turn at points along unit vectors."""
+
+    def mean(points: Array, directions: Array) -> Array:
+        def measured() -> Array:
+            return passed.mean(in_space(points), in_space(directions)) + clearance
+
+        return _naming(f"{key}.casing", measured)
+
+    return mean
+
+
+def _amplitudes(passed: Passing) -> Passed:
+    """Complex amplitudes in m by the multiple of the speed."""
+
+    def found(points: Array, directions: Array) -> Mapping[int, Complex]:
+        parts = passed.amplitudes(points, directions)
+        return dict(zip(passed.multiples, parts, strict=True))
+
+    return found
 
 
 def _nearing(key: str, patch: PatchSection, dim: int) -> Nearing:

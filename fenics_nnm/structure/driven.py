@@ -13,6 +13,7 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.hysteretic import HystereticPart
 from fenics_nnm.mechanics.linear_part import LinearPart, RatedPart
+from fenics_nnm.mechanics.moving_gap import GapMotion
 from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.response.instead import Instead, instead
 from fenics_nnm.response.isolas import with_isolas
@@ -75,17 +76,56 @@ def structure_from(study: Study, basis: DrivenBasis) -> DrivenStructure:
         StudyError: if contact points with mass touch, or two places have one name.
     """
     model, harmonics = basis.model, _harmonics(study)
-    if model.gap.min() <= 0 and not model.massless:
-        raise StudyError(f"contact.gap = {model.gap.min():g}: must be positive: {NO_FLEXIBILITY}")
     turns = np.array([each.turn for each in study.excitation])
-    return DrivenStructure(
+    structure = DrivenStructure(
         model=model,
         linear=_linear(study, basis),
         drive=Drive(basis.excited, basis.sizes * turns, harmonics),
         watched=_watched(study, basis),
         forces=basis.forces,
         objection="" if model.massless else NO_FLEXIBILITY,
+        gap_motion=_gap_motion(study, basis),
     )
+    _assert_moved(study, structure)
+    return structure
+
+
+def _assert_moved(study: Study, structure: DrivenStructure) -> None:
+    """Refuse a structure that is pressed and cannot yield, or that nothing moves.
+
+    Raises:
+        StudyError: if it is one.
+    """
+    assert study.response is not None  # refused by `driven_linear`
+    gap = structure.smallest_gap
+    if gap <= 0 and structure.objection:
+        raise StudyError(f"contact.gap = {gap:g}: must be positive: {structure.objection}")
+    level = max(study.response.levels)
+    left = structure.at_level(level).smallest_gap
+    if not study.excitation and left > 0:
+        raise StudyError(
+            f"contact: gaps that move leave {left:.3g} m at level {level:g}: nothing moves the "
+            "structure: must reach it, or [excitation] must drive it"
+        )
+
+
+def _gap_motion(study: Study, basis: DrivenBasis) -> GapMotion:
+    """How gaps move, in harmonics of the frequency of the response.
+
+    Raises:
+        StudyError: if the series lacks a harmonic.
+    """
+    motion = basis.gap_motion
+    if not motion.moves:
+        return motion
+    base = base_order(_orders(study))
+    found = replace(motion, harmonics=tuple(n // base for n in motion.harmonics))
+    if found.highest > study.resolution.harmonics:
+        raise StudyError(
+            f"mode.harmonics = {study.resolution.harmonics}: must be {found.highest} or more, the "
+            "highest harmonic of the gaps that move"
+        )
+    return found
 
 
 def driven_motions(
@@ -193,8 +233,9 @@ def speed_per_hertz(study: Study) -> float:
 
 
 def _orders(study: Study) -> tuple[int, ...]:
-    """Engine orders of the excitation, none where frequencies are given."""
-    return tuple(each.order for each in study.excitation if each.order is not None)
+    """Multiples of the speed that drive it, none where frequencies are given."""
+    engine = (each.order for each in study.excitation if each.order is not None)
+    return (*engine, *study.contact.passing_orders)
 
 
 def drive_harmonics(study: Study) -> tuple[int, ...]:
@@ -205,8 +246,14 @@ def drive_harmonics(study: Study) -> tuple[int, ...]:
     """
     assert study.response is not None  # refused before
     orders, by_speed = _orders(study), study.response.speeds is not None
-    if by_speed and len(orders) < len(study.excitation):
+    passing = study.contact.passing_orders
+    if by_speed and len(orders) - len(passing) < len(study.excitation):
         raise StudyError("response.speeds: needs excitation.order in every [[excitation]]")
+    if passing and not by_speed:
+        raise StudyError(
+            "response.frequencies: gaps that move follow the speed of rotation: needs "
+            "response.speeds"
+        )
     if orders and not by_speed:
         raise StudyError(
             f"excitation.order = {orders[0]}: is a multiple of the speed: needs response.speeds"
@@ -215,7 +262,7 @@ def drive_harmonics(study: Study) -> tuple[int, ...]:
     found = tuple(
         each.harmonic if each.order is None else each.order // base for each in study.excitation
     )
-    if not any(found):
+    if not any(found) and not passing:
         raise StudyError("excitation.harmonic = 0: must be positive in one [[excitation]] at least")
     return found
 
@@ -227,7 +274,7 @@ def _harmonics(study: Study) -> tuple[int, ...]:
         StudyError: as `drive_harmonics`, or if it lacks one.
     """
     found = drive_harmonics(study)
-    if max(found) > study.resolution.harmonics:
+    if max(found, default=0) > study.resolution.harmonics:
         raise StudyError(
             f"mode.harmonics = {study.resolution.harmonics}: must be {max(found)} or more, the "
             "highest harmonic of the excitation"
@@ -274,6 +321,8 @@ def assert_drivable(study: Study, command: str) -> None:
     assert_without_coriolis(study)
     given = study.driven_sections
     missing = [name for name in _NEEDED if name not in given]
+    if study.contact.passing_orders and "excitation" in missing:
+        missing.remove("excitation")
     missing = missing if {"damping", "dashpot"} & set(given) else ["damping", *missing]
     if missing:
         verb = "is" if len(missing) == 1 else "are"

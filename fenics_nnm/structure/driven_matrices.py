@@ -7,6 +7,7 @@ from scipy import sparse
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ModelError
+from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.reduction.attached import AttachedPoints
 from fenics_nnm.reduction.driven import DrivenPlaces
 from fenics_nnm.reduction.matrices import Matrices
@@ -34,7 +35,33 @@ def driven_places(study: MatrixStudy, matrices: Matrices, springs: AttachedPoint
         contact=matrices.forces,
         gap=matrices.gap,
         damping=lambda u: matrix @ u + dampers @ (values[:, None] * (dampers.T @ u)),
+        gap_motion=_gap_motion(study, matrices.points),
     )
+
+
+def _gap_motion(study: MatrixStudy, points: int) -> GapMotion:
+    """How gaps move, in harmonics of the speed.
+
+    Raises:
+        ModelError: if a list has another length than there are contact rows.
+    """
+    sections = study.contact.gap_motion
+    for number, each in enumerate(sections, start=1):
+        for key in ("amplitude", "phase_deg"):
+            size = np.size(getattr(each, key))
+            if size not in (1, points):
+                raise ModelError(
+                    f"contact.gap_motion[{number}].{key}: has {size} numbers: must have one, or "
+                    f"{points}, one a contact row"
+                )
+    if not sections:
+        return STILL
+    turns = [np.exp(1j * np.deg2rad(each.phase_deg)) for each in sections]
+    amplitudes = [
+        np.broadcast_to(np.array(each.amplitude) * turn, (points,))
+        for each, turn in zip(sections, turns, strict=True)
+    ]
+    return GapMotion(study.contact.passing_orders, np.array(amplitudes))
 
 
 def _damping_matrix(study: MatrixStudy, matrices: Matrices) -> sparse.csr_matrix:

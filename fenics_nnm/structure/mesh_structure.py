@@ -63,6 +63,7 @@ from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.structure.mode_count import mode_count
 from fenics_nnm.structure.motions import least_motions
+from fenics_nnm.structure.passing_casings import gap_motion_of
 from fenics_nnm.structure.point_choice import (
     Choices,
     approach_of,
@@ -129,7 +130,9 @@ class MeshStructure:
             raise StudyError(f'body.kinematics = "second-order": {WITHOUT_BENDING}')
         assembled = self.assembled(comm, stages)
         solid = assembled.solid
-        interface = assembled.interface(evenly_spread(assembled.sites))
+        choices = evenly_spread(assembled.sites)
+        interface = assembled.interface(choices)
+        gap_motion = gap_motion_of(assembled.sites, chosen_of(choices))
         report_notes(solid.tagged.notes, comm)
         pushes = excitations_of(study, solid.tagged.dim)
         others = Others(dashpots_of(study, solid.tagged.dim), monitors_of(study, solid.tagged.dim))
@@ -139,7 +142,7 @@ class MeshStructure:
             with stages.stage("modes"):
                 modes = solver.modes(mode_count(study, None, solver.free))
             with stages.stage("attachments"):
-                basis = driven(solid, interface, pushes, others, modes, solver)
+                basis = driven(solid, interface, pushes, others, modes, solver, gap_motion)
         return DrivenBody(solid, interface, basis)
 
     def assembled(self, comm: MPI.Comm, stages: Stages) -> Assembled:
@@ -148,7 +151,7 @@ class MeshStructure:
         with stages.stage("mesh"):
             tagged = tagged_mesh(study, comm, self.stored)
             clamped, clamps = clamped_facets(study, tagged), other_clamps(study, tagged.dim)
-            patches = contact_patches(study.contact, tagged)
+            patches = contact_patches(study, tagged)
         with stages.stage("assembly"):
             solid = assemble_solid(tagged, body_of(study, tagged.dim), clamped, clamps)
             if not study.loaded:
@@ -218,7 +221,7 @@ class MeshLinear(LinearAnalysis):
 
     def with_contact(self, study: MeshStudy) -> MeshLinear | None:
         """As `Linear.with_contact`; second order depends on gaps, mode and energies."""
-        patches = contact_patches(study.contact, self.solid.tagged)
+        patches = contact_patches(study, self.solid.tagged)
         new = Assembled(study, self.solid, contact_sites(self.solid, patches))
         unknown = new.mode >= len(self.coriolis) > 0
         if unknown or not _same_rows(new.sites, self.sites):

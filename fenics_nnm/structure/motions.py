@@ -33,6 +33,20 @@ def assert_without_coriolis(study: Study) -> None:
         )
 
 
+def assert_still_gaps(study: Study) -> None:
+    """Refuse a study whose gaps move: undamped modes know obstacles that stand still alone.
+
+    Raises:
+        StudyError: if it is one.
+    """
+    if study.contact.passing_orders:
+        key = 'casing.frame = "fixed"' if study.contact.patches else "contact.gap_motion"
+        raise StudyError(
+            f"{key}: gaps of a nonlinear mode do not move: must be left out, or use fenics-nnm "
+            "response or simulate"
+        )
+
+
 def least_motions(study: Study) -> int:
     """How many motions a study asks for at least."""
     if study.continuation.beginning is not None:

@@ -69,7 +69,7 @@ class SpinningMesh:
         if study.loaded:
             memory = memory_of_rank(solid.tagged.mesh.comm, study.solver.memory)
             solid = loaded(solid, loads_of(study, solid), memory)
-        sites = contact_sites(solid, contact_patches(study.contact, solid.tagged))
+        sites = contact_sites(solid, contact_patches(study, solid.tagged))
         return Assembled(study, solid, sites)
 
 

@@ -15,10 +15,12 @@ from fenics_nnm.casing import (
     Cone,
     Frame,
     LobedRadius,
+    Passing,
     Plane,
     RadialSurface,
     Reversed,
     Surface,
+    Turning,
     read_radii,
 )
 from fenics_nnm.study.messages import shown
@@ -44,6 +46,10 @@ Axis = Literal["x", "y", "z"] | Vector
 _ZERO: dict[str, Axis] = {"x": "y", "y": "z", "z": "x"}
 
 _SHAPES = '"cylinder", "cone", "lobed", "table" or "plane"'
+#: Harmonics of the passing of lobes that gaps may have: those above one follow from directions
+#: that are not radial.
+_LOBE_HARMONICS = 8
+
 _RADIUS = "radius at the origin in m, positive"
 
 
@@ -62,6 +68,11 @@ class AnyCasing(Record):
     def word(self) -> str:
         """What the surface is called."""
         return "obstacle"
+
+    @property
+    def passing_order(self) -> int:
+        """Multiple of the speed at which a body turns past it; 0 if it turns with the body."""
+        return 0
 
     @abstractmethod
     def surface(self) -> Surface:
@@ -170,9 +181,14 @@ class ConeSection(_Round):
         return self
 
 
-class _Turning(_Round):
+class TurningCasing(_Round):
     """A surface whose radius changes with the angle about the axis."""
 
+    frame: Literal["rotating", "fixed"] = Field(
+        "rotating",
+        description='whether it turns with the body ("rotating") or stands still ("fixed"), so '
+        "that the body of [rotation] moves past it: for responses alone",
+    )
     zero: Axis | None = Field(
         None, description='direction of angle zero: "x", "y", "z" or a vector of finite numbers'
     )
@@ -180,6 +196,28 @@ class _Turning(_Round):
     @property
     def _zero(self) -> Axis | None:
         return self.zero or super()._zero
+
+    @property
+    def passing_order(self) -> int:
+        """As `AnyCasing.passing_order`."""
+        return self._order if self.frame == "fixed" else 0
+
+    @property
+    def _order(self) -> int:
+        """How many times it is the same in a turn."""
+        return 1
+
+    @abstractmethod
+    def _multiples(self) -> range:
+        """Multiples of the speed in the gaps of a body that turns past it."""
+
+    def passing(self, turning: Turning) -> Passing:
+        """What a body that turns meets where this stands still.
+
+        Raises:
+            GeometryError: as `surface`.
+        """
+        return Passing(self.surface(), turning, self._multiples())
 
     @model_validator(mode="after")
     def _zero_is_known(self) -> Self:
@@ -193,7 +231,7 @@ class _Turning(_Round):
         return self
 
 
-class LobedSection(_Turning):
+class LobedSection(TurningCasing):
     """A casing with lobes."""
 
     shape: Literal["lobed"] = Field(description=_SHAPES)
@@ -216,6 +254,13 @@ class LobedSection(_Turning):
         )
         return RadialSurface(frame, radius)
 
+    @property
+    def _order(self) -> int:
+        return self.lobes
+
+    def _multiples(self) -> range:
+        return range(self.lobes, _LOBE_HARMONICS * self.lobes + 1, self.lobes)
+
     @model_validator(mode="after")
     def _one_mean_radius(self) -> Self:
         if (self.radius is None) == (self.profile is None):
@@ -226,7 +271,7 @@ class LobedSection(_Turning):
         return self
 
 
-class TableSection(_Turning):
+class TableSection(TurningCasing):
     """A casing by a table of radii."""
 
     shape: Literal["table"] = Field(description=_SHAPES)
@@ -234,6 +279,9 @@ class TableSection(_Turning):
 
     def _about(self, frame: Frame) -> Surface:
         return RadialSurface(frame, read_radii(self.file).grown(self.growth))
+
+    def _multiples(self) -> range:
+        return range(1, read_radii(self.file).angles // 2 + 1)
 
 
 CasingSection = Annotated[

@@ -28,6 +28,21 @@ Gaps = Annotated[tuple[Coordinate, ...], Field(min_length=1), FromList]
 Growths = Annotated[tuple[Finite, ...], Field(min_length=1), FromList]
 
 
+class GapMotionSection(Record):
+    """A harmonic of gaps that move with the rotation."""
+
+    order: Annotated[int, Field(gt=0, le=1000)] = Field(
+        description="multiple of the speed of rotation, from 1"
+    )
+    amplitude: Coordinate | Gaps = Field(
+        description="amplitude a in m, 0-peak, of a cos(order speed t + phase) beside the gap: one "
+        "number, or a list with one a contact row"
+    )
+    phase_deg: Finite | Growths = Field(
+        0.0, description="phase in degrees: one number, or a list with one a contact row"
+    )
+
+
 class LawSection(Record):
     """Contact law, of a mesh and of matrices alike."""
 
@@ -42,6 +57,12 @@ class LawSection(Record):
     def patches(self) -> dict[str, PatchSection]:
         """Patches of a mesh by their places in the study file, none with matrices."""
         return {}
+
+    @property
+    def passing_orders(self) -> tuple[int, ...]:
+        """Multiples of the speed at which gaps move in a response, none where they stand still."""
+        orders = (each.casing.passing_order for each in self.patches.values() if each.casing)
+        return tuple(order for order in orders if order)
 
 
 class PatchSection(Record):
@@ -103,6 +124,11 @@ class PatchSection(Record):
     def _gap_is_given_once(self) -> PatchSection:
         if self.direction == "casing" and self.casing is None:
             raise ValueError('direction = "casing": needs a section casing')
+        if self.direction == "casing" and self.casing and self.casing.passing_order:
+            raise ValueError(
+                'direction = "casing": does not go with casing.frame = "fixed", whose normals pass '
+                'by: must be "radial", "normal" or a vector'
+            )
         if self.casing is not None and (self.gap is not None or self.against is not None):
             key = "gap" if self.gap is not None else "against"
             raise ValueError(
@@ -142,6 +168,22 @@ class MatrixContactSection(LawSection):
         description="what the square of matrices.speed adds to the gap, m s^2: one number, or a "
         "list with one a contact row",
     )
+    gap_motion: Annotated[tuple[GapMotionSection, ...], FromList] = Field(
+        (), description="sections [[contact.gap_motion]]: how gaps move in a response"
+    )
+
+    @property
+    def passing_orders(self) -> tuple[int, ...]:
+        """Multiples of the speed at which gaps move in a response, none where they stand still."""
+        return tuple(each.order for each in self.gap_motion)
+
+    @model_validator(mode="after")
+    def _orders_differ(self) -> MatrixContactSection:
+        orders = self.passing_orders
+        for order in orders:
+            if orders.count(order) > 1:
+                raise ValueError(f"gap_motion: {orders.count(order)} have order = {order}")
+        return self
 
 
 class ContactSection(LawSection, PatchSection):

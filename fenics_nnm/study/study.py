@@ -149,6 +149,16 @@ class MeshStudy(SprungStudy):
         return self
 
     @model_validator(mode="after")
+    def _casings_that_stand_still_need_rotation(self) -> MeshStudy:
+        for key, patch in self.contact.patches.items():
+            if patch.casing and patch.casing.passing_order and not self.speed:
+                raise ValueError(
+                    f'{key}.casing.frame = "fixed": the body turns past the casing: needs '
+                    "rotation.speed or rotation.rpm, not zero"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _total_displacement_differs(self) -> MeshStudy:
         if "total_displacement" in self.output.fields and not self.loaded:
             raise ValueError(

@@ -16,8 +16,9 @@ import numpy as np
 from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.mechanics.fourier import Series
 
-#: Instants of a period of the highest harmonic at which the smallest gap is looked for.
-_INSTANTS = 64
+#: Instants of a period of the highest harmonic among which the smallest gap is looked for; between
+#: them by a parabola, to 1e-6 of the amplitude.
+_INSTANTS = 128
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,12 @@ class GapMotion:
     def lowest(self) -> Array:
         """Smallest change in m over a period, shape (n_c,), or (1,) of still gaps."""
         count = _INSTANTS * max(self.highest, 1)
-        return np.asarray(self.at(2 * np.pi * np.arange(count) / count).min(axis=0))
+        values = self.at(2 * np.pi * np.arange(count) / count)
+        at, columns = values.argmin(axis=0), np.arange(values.shape[1])
+        before, here, after = (values[(at + n) % count, columns] for n in (-1, 0, 1))
+        bend = before - 2 * here + after
+        fall = (after - before) ** 2 / np.where(bend > 0, 8 * bend, 1.0)
+        return np.asarray(here - np.where(bend > 0, fall, 0.0))
 
     def _waves(self, phase: Array | float) -> Complex:
         return np.asarray(np.exp(1j * np.multiply.outer(phase, np.array(self.harmonics, float))))

@@ -3,7 +3,7 @@
 Newton's iteration starts at the motion without obstacles, with few harmonics; each motion found is
 the guess of one with about twice as many. Where it fails the forces grow to their size in steps.
 A structure that obstacles alone drive rests without them: it begins as if pushed by their forces on
-the structure at rest, no farther than they reach.
+the structure at rest, no farther than they reach; in the end with what it does in time from rest.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.nonlinear.timed import TimedEquations
 from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.response.driven import NothingTouches, open_motion
+from fenics_nnm.response.settling import has_equations_in_time, settled_from_rest
 from fenics_nnm.response.structure import DrivenStructure
 
 #: Newton's iteration from a guess far away.
@@ -49,9 +50,18 @@ def first_motion(structure: DrivenStructure, equations: TimedEquations, omega: f
         for coarse in _coarse(structure, equations):
             found = _grown(structure, coarse, guess)
             if found.failure:
-                return found
+                return _settled(structure, equations, found)
             guess = found.at
     return found
+
+
+def _settled(structure: DrivenStructure, equations: TimedEquations, failed: Solution) -> Solution:
+    """The motion that a start from rest settles on, where gaps move; else what failed."""
+    mechanics = equations.mechanics
+    if not structure.gap_motion.moves or not has_equations_in_time(mechanics):
+        return failed
+    guess = settled_from_rest(mechanics, equations.series, failed.omega)
+    return solve(equations, FixedFrequency(failed.omega), guess, options=_FAR)
 
 
 def _opened(equations: TimedEquations, omega: float) -> Solution:

@@ -12,6 +12,7 @@ from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.response.in_time import in_time
 from fenics_nnm.response.point import Judgement, Status
+from fenics_nnm.response.settling import has_equations_in_time
 from fenics_nnm.time_domain.damped_flow import DampedFlow
 
 
@@ -84,6 +85,4 @@ class JudgeInTime:
 
 def judge_of(mechanics: Mechanics) -> Judge:
     """The judge that fits: in time where there are equations in time between changes of contact."""
-    if mechanics.forces or not mechanics.linear.in_time or not mechanics.model.massless:
-        return Unjudged()
-    return JudgeInTime(mechanics)
+    return JudgeInTime(mechanics) if has_equations_in_time(mechanics) else Unjudged()

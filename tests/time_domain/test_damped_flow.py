@@ -1,5 +1,7 @@
 """Damped and driven motion in time against closed forms, another integrator, differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -12,6 +14,7 @@ from fenics_nnm.mechanics.force import CubicSprings
 from fenics_nnm.mechanics.linear_part import RatedPart
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.moving_gap import GapMotion
 from fenics_nnm.time_domain.damped_flow import DampedFlow
 from fenics_nnm.time_domain.drive import Drive
 from fenics_nnm.time_domain.energy_balance import energy_balance
@@ -84,9 +87,16 @@ def test_critical_damping_in_forced_motion() -> None:
     np.testing.assert_allclose(found.q_at[:, 0], exact, atol=1e-13)
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_random_models_agree_with_another_integrator_and_balance_energy(seed: int) -> None:
+@pytest.mark.parametrize(("seed", "moved"), [*((n, 0.0) for n in range(6)), (4, 0.3)])
+def test_random_models_agree_with_another_integrator_and_balance_energy(
+    seed: int, moved: float
+) -> None:
+    """Also past gaps that move."""
     flow, q, velocity = random_flow(seed)
+    if moved:
+        rng = np.random.default_rng(seed)
+        parts = moved * (rng.normal(size=(2, 3)) + 1j * rng.normal(size=(2, 3)))
+        flow = flow.driven_by(replace(flow.drive, gap=GapMotion((1, 2), parts)))
 
     def rate(time: float, state: Array) -> Array:
         position, speed = np.split(state, 2)

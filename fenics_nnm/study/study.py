@@ -138,22 +138,17 @@ class MeshStudy(SprungStudy):
         return self
 
     @model_validator(mode="after")
-    def _casings_grow_at_speed(self) -> MeshStudy:
-        for key, patch in self.contact.patches.items():
-            growth = getattr(patch.casing, "growth", 0.0)
-            if growth and not self.speed:
-                raise ValueError(
-                    f"{key}.casing.growth = {growth:g}: is that at the speed of [rotation]: needs "
-                    "rotation.speed or rotation.rpm, not zero"
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _casings_that_stand_still_need_rotation(self) -> MeshStudy:
+    def _casings_have_a_speed(self) -> MeshStudy:
         for key, patch in self.contact.patches.items():
             if patch.casing and patch.casing.passing_order and not self.speed:
                 raise ValueError(
                     f'{key}.casing.frame = "fixed": the body turns past the casing: needs '
+                    "rotation.speed or rotation.rpm, not zero"
+                )
+            growth = getattr(patch.casing, "growth", 0.0)
+            if growth and not self.speed:
+                raise ValueError(
+                    f"{key}.casing.growth = {growth:g}: is that at the speed of [rotation]: needs "
                     "rotation.speed or rotation.rpm, not zero"
                 )
         return self

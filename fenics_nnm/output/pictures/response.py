@@ -1,4 +1,4 @@
-"""The picture of a response: amplitude and phase over frequency."""
+"""The picture of a response: amplitude and phase over frequency, or over speed."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _QUARTERS = (0, 90, 180, 270, 360)
 
 
 def response_plot(monitors: Sequence[str], found: Response, title: str) -> Figure:
-    """Amplitude and phase of all levels, of places that are watched.
+    """Amplitude and phase of all levels, of places that are watched; over speed where it is known.
 
     These are the excited and further places, and the contact point that moves most; with several
     levels the first of them alone. Unstable motions are dashed. Bands are frequencies without
     amplitudes.
     The damped backbone is that of the first place.
     """
-    points = found.points
+    points, (along, name_along) = found.points, _along(found.points)
     figure = new_figure(height=4.6)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     unit = unit_for(np.array([point.amplitude for point in points]), "m")
@@ -46,34 +46,47 @@ def response_plot(monitors: Sequence[str], found: Response, title: str) -> Figur
     ):
         for own in _curves(points, level):
             frequency, amplitude, phase = _columns(own, place)
+            frequency *= along
             stable = np.array([each.judgement.stability in ("", "stable") for each in own])
             for axes, values in ((above, unit.factor * amplitude), (below, _without_jumps(phase))):
                 axes.plot(frequency, values, ls="--", lw=0.8, color=colour)
                 full = np.where(stable, values, np.nan)
                 axes.plot(frequency, full, lw=1.4, color=colour, label=name)
             name = "_"
-    _show_backbone(above, found.backbone, unit.factor)
+    _show_backbone(above, found.backbone, unit.factor, along)
     above.set_yscale("log")
     several = len({level for level, _ in names}) > 1
     label(above, "", f"amplitude{f' of {monitors[0]}' if several else ''}, 0-peak  ({unit.name})")
-    label(below, "frequency  (Hz)", "lag  (deg)")
+    label(below, name_along, "lag  (deg)")
     shown = [place for _, place in names]
     phases = np.array([point.phase[shown] for point in points])
     below.set_ylim(-5, 365 if np.nanmax(phases, initial=0.0) > 180.5 else 185)
     below.set_yticks([tick for tick in _QUARTERS if tick <= below.get_ylim()[1]])
-    _show_missing((above, below), points)
+    _show_missing((above, below), points, along)
     above.set_title(title, fontsize=9)
     legend_below(figure, above, columns=3)
     return figure
 
 
-def _show_backbone(axes: Axes, backbone: DampedBackbone, factor: float) -> None:
+def _along(points: Sequence[ResponsePoint]) -> tuple[float, str]:
+    """What is drawn along the axis per frequency in Hz, and its name: speeds where they are known.
+
+    Speeds are proportional to frequencies.
+    """
+    first = points[0]
+    turns = float(first.speed * 30 / np.pi / first.frequency)
+    return (turns, "speed  (rpm)") if np.isfinite(turns) else (1.0, "frequency  (Hz)")
+
+
+def _show_backbone(axes: Axes, backbone: DampedBackbone, factor: float, along: float) -> None:
     """Amplitudes of the first place in phase resonance, over everything else."""
     name = "damped backbone"
     for _, own in itertools.groupby(backbone.points, key=lambda each: each.point.branch):
         points = [each.point for each in own]
         frequency, amplitude, _ = _columns(points, 0)
-        axes.plot(frequency, factor * amplitude, ":", color=BLACK, lw=1.2, zorder=3, label=name)
+        axes.plot(
+            along * frequency, factor * amplitude, ":", color=BLACK, lw=1.2, zorder=3, label=name
+        )
         name = "_"
 
 
@@ -112,9 +125,9 @@ def _without_jumps(phase: Array) -> Array:
     return broken
 
 
-def _show_missing(panels: Sequence[Axes], points: Sequence[ResponsePoint]) -> None:
+def _show_missing(panels: Sequence[Axes], points: Sequence[ResponsePoint], along: float) -> None:
     """Bands where there are no amplitudes."""
-    frequency = np.array([point.frequency for point in points])
+    frequency = along * np.array([point.frequency for point in points])
     missing = np.array([not point.found for point in points])
     name = "touches, or not found"
     for number in np.flatnonzero(missing):

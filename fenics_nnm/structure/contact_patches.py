@@ -74,7 +74,7 @@ def _patch(
 
 def _turning(rotation: RotationSection) -> Turning:
     """How a body turns, in the sense of its speed."""
-    axis = np.array(axis_vector(rotation.axis)) * np.sign(rotation.omega)
+    axis = np.array(axis_vector(rotation.axis)) * np.copysign(1.0, rotation.omega)
     return Turning(np.array(rotation.origin), axis)
 
 

@@ -100,12 +100,21 @@ def _campbell(arguments: argparse.Namespace) -> int:
     with terminable(), stages_of(console, arguments) as stages:
         asked = Asked(study, arguments.modes, targets, verbose=arguments.verbose)
         points = _lines(asked, speeds, arguments.jobs, journal, stages)
-        title, turns = study.title, arguments.rpm
-        found = on_root(comm, write_campbell, folder, points, orders, title=title, turns=turns)
+        title, turns, lobes = study.title, arguments.rpm, study.contact.passing_orders
+        found = on_root(
+            comm,
+            write_campbell,
+            folder,
+            points,
+            orders,
+            title=title,
+            turns=turns,
+            lobes=lobes,
+        )
     for each in found:
         show(
             console,
-            f"engine order {each.order} meets {each.line} at {each.speed:.6g} rad/s "
+            f"{_order_name(each.order, lobes)} meets {each.line} at {each.speed:.6g} rad/s "
             f"({each.speed * 30 / math.pi:.6g} rpm), {each.frequency:.6g} Hz",
         )
     show(console, f"results in {folder}")
@@ -130,6 +139,10 @@ def _lines(
         return lines_on_processes(Board(asked, speeds, journal), jobs, stages)
     motions = NonlinearLines(asked.targets, MPI.COMM_WORLD, journal)
     return campbell_lines(asked.study, speeds, asked.modes, MPI.COMM_WORLD, stages, motions)
+
+
+def _order_name(order: int, lobes: Sequence[int]) -> str:
+    return f"{order} lobes x speed" if order in lobes else f"engine order {order}"
 
 
 def _missing(points: Sequence[AtSpeed]) -> Iterator[str]:

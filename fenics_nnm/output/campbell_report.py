@@ -47,6 +47,7 @@ def write_campbell(
     *,
     title: str,
     turns: bool = False,
+    lobes: Sequence[int] = (),
 ) -> list[Met]:
     """Write a Campbell diagram to a folder, and give its crossings.
 
@@ -56,6 +57,7 @@ def write_campbell(
         orders: Engine orders.
         title: Title of the picture.
         turns: Whether the picture shows speeds in turns per minute.
+        lobes: Orders that are those of lobes that pass.
 
     Raises:
         OutputError: if it cannot be written.
@@ -68,7 +70,7 @@ def write_campbell(
         write_whole(folder / "campbell.csv", _table(COLUMNS, lines))
         write_whole(folder / "crossings.csv", _table(OF_CROSSINGS, marks))
         if any(not point.reason for point in points):
-            figure = campbell_plot(points, found, orders, title, turns=turns)
+            figure = campbell_plot(points, found, orders, title, turns=turns, lobes=lobes)
             save(figure, folder, "campbell", ("png", "svg"))
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error

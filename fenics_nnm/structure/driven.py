@@ -321,6 +321,10 @@ def assert_drivable(study: Study, command: str) -> None:
     assert_without_coriolis(study)
     given = study.driven_sections
     missing = [name for name in _NEEDED if name not in given]
+    if study.contact.passing_orders and study.automatic:
+        raise StudyError(
+            f'{study.automatic[0]} = "auto": does not go with gaps that move: must be a number'
+        )
     if study.contact.passing_orders and "excitation" in missing:
         missing.remove("excitation")
     missing = missing if {"damping", "dashpot"} & set(given) else ["damping", *missing]

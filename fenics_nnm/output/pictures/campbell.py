@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,6 +31,7 @@ def campbell_plot(
     title: str,
     *,
     turns: bool = False,
+    lobes: Sequence[int] = (),
 ) -> Figure:
     """Frequencies of all lines over speed, engine orders with their crossings; the gap beside it.
 
@@ -42,6 +43,7 @@ def campbell_plot(
         orders: Engine orders.
         title: Title.
         turns: Whether speeds are shown in turns per minute.
+        lobes: Orders that are those of lobes that pass: the diagram is an interaction map.
     """
     found, unit = borne(points), 30 / np.pi if turns else 1.0
     speed = unit * np.array([point.speed for point in found])
@@ -54,7 +56,8 @@ def campbell_plot(
     _draw(left, speed, nonlinear)
     shown = [lines.ravel(), *(line.frequency for line in nonlinear)]
     top = 1.05 * float(np.nanmax(np.concatenate(shown)))
-    _draw_orders(left, orders, float(speed.max()), top, turn=2 * np.pi * unit)
+    names = {order: f"{order} lobes" if order in lobes else f"{order}" for order in orders}
+    _draw_orders(left, names, float(speed.max()), top, turn=2 * np.pi * unit)
     left.plot(
         [unit * each.speed for each in crossings],
         [each.frequency for each in crossings],
@@ -62,7 +65,7 @@ def campbell_plot(
         mfc="none",
         color=BLACK,
         ms=5,
-        label="engine order meets a line",
+        label="lobes x speed meets a line" if lobes else "engine order meets a line",
     )
     left.set_ylim(0, top)
     name = "speed  (rpm)" if turns else "speed  (rad/s)"
@@ -85,13 +88,13 @@ def _draw_linear(axes: Axes, speed: Array, lines: Array) -> None:
 
 
 def _draw_orders(
-    axes: Axes, orders: Sequence[int], fastest: float, top: float, *, turn: float
+    axes: Axes, names: Mapping[int, str], fastest: float, top: float, *, turn: float
 ) -> None:
     """Engine orders as far as the picture goes; `turn` is the shown speed of a turn a second."""
-    for order in orders:
+    for order, name in names.items():
         end = min(fastest, top * turn / order)
         axes.plot([0, end], [0, order * end / turn], color=GREY, lw=0.8, ls="--")
-        axes.annotate(f"{order}", (end, order * end / turn), fontsize=7, color=GREY)
+        axes.annotate(name, (end, order * end / turn), fontsize=7, color=GREY)
 
 
 def _draw_gap(axes: Axes, speed: Array, gaps: Array, name: str) -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from fenics_nnm.backbone.family_jumps import Jump
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.light_damping import LightDamping
 from fenics_nnm.time_domain.bifurcations import Bifurcations
 
 
@@ -43,6 +47,17 @@ class Branch:
     reason: str
     bifurcations: Bifurcations = field(default_factory=Bifurcations)
     jumps: tuple[Jump, ...] = ()
+
+    def kept_up(self, damping: LightDamping, series: Series) -> Branch:
+        """The same with what damping takes from each motion, and the force that keeps it up."""
+        points = tuple(
+            replace(
+                point,
+                sustained=damping.of(series, point.motion.q, 2 * np.pi * point.motion.frequency),
+            )
+            for point in self.points
+        )
+        return replace(self, points=points)
 
     @property
     def complete(self) -> bool:

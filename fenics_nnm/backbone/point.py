@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fenics_nnm.arrays import Complex
+from fenics_nnm.mechanics.light_damping import Sustained
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.nonlinear.reduction_error import ReductionError
 from fenics_nnm.nonlinear.series_error import SeriesError
@@ -194,6 +195,7 @@ class BranchPoint:
         orbit: The exact motion nearby; None if none was found, or looked for.
         stability: Stability of that motion; None if it is not known.
         verdict: What may be believed; None before the point is judged.
+        sustained: What the damping of the study takes; None without damping.
     """
 
     position: float
@@ -206,6 +208,7 @@ class BranchPoint:
     orbit: Orbit | None = None
     stability: FloquetStability | None = None
     verdict: Verdict | None = None
+    sustained: Sustained | None = None
 
     @property
     def gamma_ratio(self) -> float:

@@ -58,6 +58,16 @@ def damping_needed(point: BranchPoint) -> float:
     return damping_of(largest_multiplier(point))
 
 
+def damping_ratio(point: BranchPoint) -> float:
+    """Damping ratio of the motion with the damping of the study."""
+    return point.sustained.ratio if point.sustained else _NAN
+
+
+def resonance_force(point: BranchPoint) -> float:
+    """Force in N, 0-peak, that keeps the motion up in phase resonance."""
+    return point.sustained.force if point.sustained else _NAN
+
+
 def reduction_residual(point: BranchPoint) -> float:
     """Residual of the motion in the full-order equations."""
     return point.expected.reduction.residual if point.expected.reduction else _NAN

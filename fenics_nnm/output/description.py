@@ -96,11 +96,15 @@ def _of_equal_frequency(omega: Array) -> list[str]:
 
 
 def _driven(study: Study) -> list[str]:
-    """Which command reads the sections about driven motions, where there are any."""
+    """What the sections about driven motions are for, where there are any."""
     if not study.driven_sections:
         return []
     names = ", ".join(f"[{name}]" for name in study.driven_sections)
-    return ["", f"{names}: read by fenics-nnm response alone; without effect on a run"]
+    return [
+        "",
+        f"{names}: for fenics-nnm response; the motions of a run are undamped, with the "
+        "damping ratio and the force that would keep them up in backbone.csv",
+    ]
 
 
 def _at_rest(rest: RestState) -> list[str]:

@@ -28,6 +28,7 @@ from fenics_nnm.backbone.point import (
     Return,
     Verdict,
 )
+from fenics_nnm.mechanics.light_damping import Sustained
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.nonlinear.reduction_error import ReductionError
 from fenics_nnm.nonlinear.series_error import SeriesError
@@ -72,10 +73,17 @@ SCALARS: dict[str, Callable[[BranchPoint], float | int | str]] = {
     "slope": lambda point: point.notes.slope,
     "family": lambda point: point.family,
     "confirmed": lambda point: point.confirmed,
+    "damping_ratio": numbers.damping_ratio,
+    "resonance_force": numbers.resonance_force,
 }
 
 #: Those that files of earlier versions lack, and what is known of their points.
-ADDED: dict[str, float | int] = {"slope": float("nan"), "family": NO_FAMILY}
+ADDED: dict[str, float | int] = {
+    "slope": float("nan"),
+    "family": NO_FAMILY,
+    "damping_ratio": float("nan"),
+    "resonance_force": float("nan"),
+}
 
 #: Arrays of a point by their stored name.
 ARRAYS: dict[str, Callable[[BranchPoint], Array | Complex]] = {
@@ -117,6 +125,7 @@ def point_from(scalars: Mapping[str, Any], arrays: Mapping[str, Any]) -> BranchP
         orbit=_orbit(scalars),
         stability=_stability(scalars, arrays),
         verdict=_verdict(scalars),
+        sustained=_sustained(scalars),
     )
 
 
@@ -195,3 +204,8 @@ def _verdict(stored: Mapping[str, Any]) -> Verdict | None:
         family=int(stored["family"]),
     )
     return None if found == NOT_JUDGED else found
+
+
+def _sustained(stored: Mapping[str, Any]) -> Sustained | None:
+    ratio, force = stored["damping_ratio"], stored["resonance_force"]
+    return None if np.isnan(ratio) else Sustained(ratio, force)

@@ -78,6 +78,8 @@ COLUMNS = {
     "family": Column(lambda point: str(point.family or "")),
     "confirmed": Column(lambda point: "yes" if point.confirmed else "no"),
     "damping_needed": Column(numbers.damping_needed, digits=4),
+    "damping_ratio": Column(numbers.damping_ratio),
+    "resonance_force_N": Column(numbers.resonance_force),
 }
 
 

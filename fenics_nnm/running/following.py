@@ -13,11 +13,13 @@ from fenics_nnm.fem.blocks import Blocks, Data
 from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.parallel import conducted, on_root
 from fenics_nnm.interrupts import uninterrupted
+from fenics_nnm.mechanics.light_damping import LightDamping
 from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.resolution.auto import improved
 from fenics_nnm.results import branch_file, journal
 from fenics_nnm.results.journal import Journal
 from fenics_nnm.running.preparing import Ready
+from fenics_nnm.structure.light_damping import light_damping
 
 logger = logging.getLogger(__name__)
 
@@ -51,8 +53,9 @@ def _followed(ready: Ready) -> Branch:
     if known:
         logger.info("%d points taken over", len(known))
     source = linear.flexibility(study.resolution.harmonics) if study.full_order else None
+    damping = light_damping(study, linear)
     if source is None:
-        return on_root(comm, _solved, ready, known)
+        return on_root(comm, _solved, ready, known, damping=damping)
     with source as flexibility:
         return conducted(comm, partial(_solved, ready, known), flexibility)
 
@@ -65,7 +68,12 @@ def _begun(ready: Ready, data: Data, blocks: Mapping[str, Blocks]) -> Points:
     return known
 
 
-def _solved(ready: Ready, known: Points, flexibility: FlexibilitySource | None = None) -> Branch:
+def _solved(
+    ready: Ready,
+    known: Points,
+    flexibility: FlexibilitySource | None = None,
+    damping: LightDamping | None = None,
+) -> Branch:
     points = journal.opened(lambda: ready.staging.branch)
     branch = ready.chosen.prepared.followed(
         flexibility=flexibility,
@@ -73,6 +81,8 @@ def _solved(ready: Ready, known: Points, flexibility: FlexibilitySource | None =
         on_point=lambda point: store(points, point),
         stages=ready.job.stages,
     )
+    if damping is not None:
+        branch = branch.kept_up(damping, ready.chosen.prepared.balance.series)
     with uninterrupted():
         branch_file.finish(ready.staging.branch, branch)
     return branch

@@ -37,6 +37,7 @@ from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.coriolis import Frequencies
+from fenics_nnm.structure.damped_rows import DampedRows, rows_of_matrices
 from fenics_nnm.structure.driven_linear import DrivenMatrices
 from fenics_nnm.structure.driven_matrices import driven_places, unit_rows
 from fenics_nnm.structure.first_contact import FirstContact
@@ -181,6 +182,11 @@ class MatrixLinear(MatrixAnalysis):
             return None
         matrices = replace(self.matrices, gap=gap_at_speed(study))
         return replace(self, matrices=matrices, reduction=self.reduction.with_gap(matrices.gap))
+
+    def damped_rows(self, study: MatrixStudy) -> DampedRows:
+        """As `Linear.damped_rows`."""
+        places = driven_places(study, self.matrices, _cubic_springs(study, self.matrices))
+        return rows_of_matrices(self.modes.shapes, places)
 
     def first_contact(self, mode: int) -> FirstContact:
         """As `Linear.first_contact`: each contact row is a contact point."""

@@ -20,6 +20,7 @@ from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.coriolis import Frequencies
+from fenics_nnm.structure.damped_rows import DampedRows
 from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.study.casing import AnyCasing
@@ -134,6 +135,9 @@ class Linear(Moving, Turning, Protocol):
 
     def flexibility(self, harmonics: int) -> AbstractContextManager[FlexibilitySource] | None:
         """Residual flexibility of the whole model at N harmonics; None where there is none."""
+
+    def damped_rows(self, study: Any) -> DampedRows:
+        """Damping and driving forces of its study in its modes."""
 
     def sizes(self) -> dict[str, Any]:
         """Sizes for summary.json."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.light_damping import LightDamping
+from fenics_nnm.structure.analysis import structure_of
 from fenics_nnm.structure.structure import Linear
 from fenics_nnm.study import Study
 
@@ -22,7 +23,7 @@ def light_damping(study: Study, linear: Linear) -> LightDamping | None:
     damped = study.damping is not None or study.dashpot
     if not damped or study.full_order or study.reduction.method != "massless":
         return None
-    rows, omega = linear.damped_rows(study), linear.model.omega
+    rows, omega = structure_of(study).damped_rows(linear), linear.model.omega
     count = len(omega)
     rate: Array = rows.rate[:count, :count]
     loss: Array = np.zeros((count, count))

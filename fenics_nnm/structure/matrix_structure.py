@@ -80,6 +80,12 @@ class MatrixStructure:
         with stages.stage("attachments"):
             return driven_basis(modes, places, solver.operators())
 
+    def damped_rows(self, linear: MatrixAnalysis) -> DampedRows:
+        """As `Structure.damped_rows`."""
+        springs = _cubic_springs(self.study, linear.matrices)
+        places = driven_places(self.study, linear.matrices, springs)
+        return rows_of_matrices(linear.modes.shapes, places)
+
     def matrices_at_speed(self, stages: Stages) -> Matrices:
         """Read the matrices; stiffness and gaps are those at the speed of the study.
 
@@ -182,11 +188,6 @@ class MatrixLinear(MatrixAnalysis):
             return None
         matrices = replace(self.matrices, gap=gap_at_speed(study))
         return replace(self, matrices=matrices, reduction=self.reduction.with_gap(matrices.gap))
-
-    def damped_rows(self, study: MatrixStudy) -> DampedRows:
-        """As `Linear.damped_rows`."""
-        places = driven_places(study, self.matrices, _cubic_springs(study, self.matrices))
-        return rows_of_matrices(self.modes.shapes, places)
 
     def first_contact(self, mode: int) -> FirstContact:
         """As `Linear.first_contact`: each contact row is a contact point."""

@@ -41,9 +41,9 @@ from fenics_nnm.structure.body import body_of, dashpots_of, excitations_of, moni
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.coriolis import Frequencies
-from fenics_nnm.structure.damped_rows import DampedRows, rows_of_body
+from fenics_nnm.structure.damped_body import rows_of_body
+from fenics_nnm.structure.damped_rows import DampedRows
 from fenics_nnm.structure.driven_body import DrivenBody
-from fenics_nnm.structure.driven_linear import DrivenBody
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.frequencies import frequencies_of
@@ -147,6 +147,10 @@ class MeshStructure:
                 basis = driven(solid, interface, pushes, others, modes, solver, gap_motion)
         return DrivenBody(solid, interface, basis)
 
+    def damped_rows(self, linear: LinearAnalysis) -> DampedRows:
+        """As `Structure.damped_rows`."""
+        return rows_of_body(linear, self.study)
+
     def assembled(self, comm: MPI.Comm, stages: Stages) -> Assembled:
         """The body about its static state, with the vertices that can become contact points."""
         study = self.study
@@ -242,10 +246,6 @@ class MeshLinear(LinearAnalysis):
     def better_choices(self, mode: int) -> Choices:
         """Contact points that the followed mode, of an index from 0, asks for about rest."""
         return chosen_about_rest(self.choices, self.sites, self.reduction, mode)
-
-    def damped_rows(self, study: MeshStudy) -> DampedRows:
-        """As `Linear.damped_rows`."""
-        return rows_of_body(self, study)
 
     def first_contact(self, mode: int) -> FirstContact:
         """As `Linear.first_contact`."""

@@ -72,6 +72,9 @@ class Structure(Protocol):
                 is nothing to move.
         """
 
+    def damped_rows(self, linear: Any) -> DampedRows:
+        """Damping and driving forces in the modes of what is linear of it; on all ranks."""
+
 
 class Moving(Protocol):
     """How far a structure moves; methods are to be called on all ranks."""
@@ -135,9 +138,6 @@ class Linear(Moving, Turning, Protocol):
 
     def flexibility(self, harmonics: int) -> AbstractContextManager[FlexibilitySource] | None:
         """Residual flexibility of the whole model at N harmonics; None where there is none."""
-
-    def damped_rows(self, study: Any) -> DampedRows:
-        """Damping and driving forces of its study in its modes."""
 
     def sizes(self) -> dict[str, Any]:
         """Sizes for summary.json."""

@@ -74,4 +74,6 @@ def test_run_has_damping_ratio_and_force_of_each_point(
     amplitude = np.sqrt(2 * float(free["energy_J"]) / square)
     force = rate * np.sqrt(square) * amplitude / abs(second)
     assert float(free["resonance_force_N"]) == pytest.approx(force, rel=1e-9)
-    assert float(rows[-1]["resonance_force_N"]) > 1.2 / 0.5 * force
+    grown = np.sqrt(float(rows[-1]["energy_J"]) / float(free["energy_J"]))
+    last = float(rows[-1]["resonance_force_N"]) / force
+    assert last == pytest.approx(grown * float(rows[-1]["frequency_ratio"]), rel=0.05)

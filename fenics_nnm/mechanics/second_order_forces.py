@@ -50,7 +50,7 @@ class PolynomialStiffness:
         masters, shared = self._sampled(samples, motion.q)
         pairs = _pairs(masters)
         force = (samples.analysis @ pairs) @ self.alpha.reshape(len(self.alpha), -1).T
-        shared = 2 * shared + self._squared(pairs)
+        shared = 2 * shared + _squared(self.beta, pairs)
         force[:, own] += samples.analysis @ (shared @ masters[:, :, None])[:, :, 0]
         return np.asarray(force)
 
@@ -63,7 +63,7 @@ class PolynomialStiffness:
         samples, k, own = CubicSamples.of(motion.series), len(self.masters), self.masters
         c, modes = motion.q.shape
         masters, shared = self._sampled(samples, motion.q)
-        slopes = 2 * shared + 3 * self._squared(_pairs(masters))
+        slopes = 2 * shared + 3 * _squared(self.beta, _pairs(masters))
         both = np.concatenate([masters[:, None], slopes], axis=1)
         found = samples.tangent(both[None], motion.omega)
         # harmonics n of the products of harmonic n' with master j, by (n, n'), j
@@ -107,7 +107,7 @@ class PolynomialStiffness:
         """Forces of states, both of shape (s, J)."""
         masters, pairs = q[:, self.masters], _pairs(q[:, self.masters])
         force = pairs @ self.alpha.reshape(len(self.alpha), -1).T
-        shared = 2 * self._coupling(q) + self._squared(pairs)
+        shared = 2 * _coupling(self._coupled, q) + _squared(self.beta, pairs)
         force[:, self.masters] += (shared @ masters[:, :, None])[:, :, 0]
         return np.asarray(force)
 
@@ -116,7 +116,8 @@ class PolynomialStiffness:
         masters, own = q[:, self.masters], self.masters
         states, modes, k = len(q), len(self.alpha), len(own)
         by_master = (masters @ self._by_master).reshape(states, modes, k)
-        by_master[:, own] += 2 * self._coupling(q) + 3 * self._squared(_pairs(masters))
+        squared = _squared(self.beta, _pairs(masters))
+        by_master[:, own] += 2 * _coupling(self._coupled, q) + 3 * squared
         return by_master, (masters @ self._of_master).reshape(states, k, modes)
 
     def _potentials(self, q: Array) -> Array:
@@ -126,7 +127,7 @@ class PolynomialStiffness:
         share = np.ones(len(self.alpha))
         share[self.masters] = 1 / 3
         cubic = np.sum(quadratic * q * share, axis=1)
-        quartic = np.einsum("si,sij,sj->s", masters, self._squared(pairs), masters)
+        quartic = np.einsum("si,sij,sj->s", masters, _squared(self.beta, pairs), masters)
         return np.asarray(cubic + quartic / 4)
 
     def _sampled(self, samples: CubicSamples, q: Array) -> tuple[Array, Array]:
@@ -135,15 +136,17 @@ class PolynomialStiffness:
         coupling = q @ self._coupled.reshape(len(self._coupled), -1)
         return basis @ q[:, self.masters], (basis @ coupling).reshape(-1, k, k)
 
-    def _coupling(self, q: Array) -> Array:
-        """sum_a alpha_ajk q_a over what is no master, shape (s, k, k)."""
-        k = len(self.masters)
-        return (q @ self._coupled.reshape(-1, k**2)).reshape(-1, k, k)
 
-    def _squared(self, pairs: Array) -> Array:
-        """beta_ijkl q_k q_l, shape (s, k, k)."""
-        k = len(self.masters)
-        return (pairs @ self.beta.reshape(k**2, k**2)).reshape(-1, k, k)
+def _coupling(coupled: Array, q: Array) -> Array:
+    """Sum of alpha_ajk q_a over all a that are no masters, shape (s, k, k)."""
+    k = coupled.shape[-1]
+    return (q @ coupled.reshape(-1, k**2)).reshape(-1, k, k)
+
+
+def _squared(beta: Array, pairs: Array) -> Array:
+    """Cubic stiffness beta_ijkl q_k q_l, shape (s, k, k)."""
+    k = len(beta)
+    return (pairs @ beta.reshape(k**2, k**2)).reshape(-1, k, k)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.response.judge import JudgeInTime, judge_of
+from fenics_nnm.response.judge import JudgeInTime
 from fenics_nnm.response.point import ResponsePoint
+from fenics_nnm.response.settling import has_equations_in_time
 from fenics_nnm.response.simulation import settled, simulation
 from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.time_domain.damped_flow import DampedFlow
@@ -99,10 +100,10 @@ def instead(
         None where motions cannot be followed in time.
     """
     driven = structure.at_level(level)
-    judge = judge_of(driven.mechanics)
     ranges = sorted(without_stable(points), key=lambda each: each[0] - each[1])[:_RANGES]
-    if not ranges or not isinstance(judge, JudgeInTime):
+    if not ranges or not has_equations_in_time(driven.mechanics):
         return ()
+    judge = JudgeInTime(driven.mechanics)
     return tuple(_simulated(driven, judge, level, ends) for ends in sorted(ranges))
 
 

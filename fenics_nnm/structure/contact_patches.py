@@ -16,7 +16,6 @@ from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.patch_sites import Field, Nearing, Opposite, Passed, Patch, standing
 from fenics_nnm.study import MeshStudy
-from fenics_nnm.study.casing import TurningCasing
 from fenics_nnm.study.contact import PatchSection
 from fenics_nnm.study.loading import RotationSection
 from fenics_nnm.study.record import axis_vector, fitted
@@ -52,7 +51,7 @@ def _patch(
         surface = on_root(comm, _naming, f"{key}.casing", made.surface)
     gap: Field | None = _gap(key, patch, surface)
     passing: Passed = standing
-    if isinstance(casing, TurningCasing) and casing.passing_order and rotation:
+    if casing is not None and casing.passing_order and rotation:
         passed = on_root(
             tagged.mesh.comm, _naming, f"{key}.casing", partial(casing.passing, _turning(rotation))
         )

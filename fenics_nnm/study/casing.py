@@ -74,6 +74,18 @@ class AnyCasing(Record):
         """Multiple of the speed at which a body turns past it; 0 if it turns with the body."""
         return 0
 
+    def multiples(self) -> range:
+        """Multiples of the speed in the gaps of a body that turns past it: none but the mean."""
+        return range(1)
+
+    def passing(self, turning: Turning) -> Passing:
+        """What a body that turns meets where this stands still.
+
+        Raises:
+            GeometryError: as `surface`.
+        """
+        return Passing(self.surface(), turning, self.multiples())
+
     @abstractmethod
     def surface(self) -> Surface:
         """The surface that the section means.
@@ -207,18 +219,6 @@ class TurningCasing(_Round):
         """How many times it is the same in a turn."""
         return 1
 
-    @abstractmethod
-    def _multiples(self) -> range:
-        """Multiples of the speed in the gaps of a body that turns past it."""
-
-    def passing(self, turning: Turning) -> Passing:
-        """What a body that turns meets where this stands still.
-
-        Raises:
-            GeometryError: as `surface`.
-        """
-        return Passing(self.surface(), turning, self._multiples())
-
     @model_validator(mode="after")
     def _zero_is_known(self) -> Self:
         if self.zero is None and not isinstance(self.axis, str):
@@ -258,7 +258,8 @@ class LobedSection(TurningCasing):
     def _order(self) -> int:
         return self.lobes
 
-    def _multiples(self) -> range:
+    def multiples(self) -> range:
+        """As `AnyCasing.multiples`."""
         return range(self.lobes, _LOBE_HARMONICS * self.lobes + 1, self.lobes)
 
     @model_validator(mode="after")
@@ -280,7 +281,8 @@ class TableSection(TurningCasing):
     def _about(self, frame: Frame) -> Surface:
         return RadialSurface(frame, read_radii(self.file).grown(self.growth))
 
-    def _multiples(self) -> range:
+    def multiples(self) -> range:
+        """As `AnyCasing.multiples`."""
         return range(1, read_radii(self.file).angles // 2 + 1)
 
 

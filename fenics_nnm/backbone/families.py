@@ -36,8 +36,11 @@ _FOLLOWS, _OF_CHANGE = 2e-3, 0.05
 #: than half as much as is usual on the branch, is no link of the main branch.
 _HARDLY = 0.25
 
-#: Of points that are farther apart in ln gamma nothing is said, and a wider way counts no more.
-_FARTHEST, _WIDEST = 0.5, 0.2
+#: Of points that are farther apart in ln gamma, and than some steps, nothing is said.
+_FARTHEST, _STEPS = 0.5, 2.5
+
+#: A wider way, in ln gamma, counts no more.
+_WIDEST = 0.2
 
 #: Where contact begins the frequency may rise with the square root of what is beyond: twice as far
 #: as the slope at the end of the way says. So it may where another point begins to touch.
@@ -86,6 +89,7 @@ class Course:
             that is more.
         weight: What a point counts as a link of the main branch; 0 for no link.
         linear: Which motions are linear, without contact.
+        farthest: Points that are farther apart in x do not tell whether they follow.
         connected: Whether each point was followed continuously from the one before it.
     """
 
@@ -96,6 +100,7 @@ class Course:
     mild: Array
     weight: Array
     linear: Array
+    farthest: float
     connected: bool
 
     @classmethod
@@ -112,7 +117,9 @@ class Course:
         counts = np.where(rise < _least(usual), 0.0, np.minimum(rise, 1.0))
         weight = np.where(linear, 0.0, counts * (_widths(x) + 1e-9))
         mild = slope / np.maximum(rise / max(usual, 1.0), 1.0)
-        return cls(x, y, slope, rise, mild, weight, linear, connected)
+        step = float(np.median(np.abs(np.diff(x)))) if len(x) > 1 else 0.0
+        farthest = max(_FARTHEST, _STEPS * step)
+        return cls(x, y, slope, rise, mild, weight, linear, farthest, connected)
 
     def expected(self, i: int, j: int) -> Expected:
         """Between what ln f is expected to change from a point to a later one."""
@@ -142,7 +149,7 @@ class Course:
 
     def jumps(self, i: int) -> bool:
         """Whether the next point is nowhere near where this one's family is expected."""
-        if self.connected or self._far(i, i + 1):
+        if self._far(i, i + 1) or self.follows(i, i + 1):
             return False
         expected = self.mildly(i, i + 1)
         if self.linear[i] == self.linear[i + 1]:
@@ -167,7 +174,7 @@ class Course:
         return Expected(*ends)
 
     def _far(self, i: int, j: int) -> bool:
-        return bool(abs(self.x[j] - self.x[i]) > _FARTHEST)
+        return bool(abs(self.x[j] - self.x[i]) > self.farthest)
 
 
 @dataclass(frozen=True, slots=True)

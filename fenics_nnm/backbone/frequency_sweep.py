@@ -45,16 +45,33 @@ class FrequencySweep:
     def at(self, position: float, neighbour: CascadeSolution | None) -> CascadeSolution:
         """Solve at frequency ratio `position`; of several motions as `Cascade.at` chooses."""
         coarse = self._coarse(position)
+        beside = neighbour.finest if neighbour is not None else None
         if coarse is None:
-            why = "the followed mode alone has no motion of this frequency"
-            return self._missing(position, why)
+            return self._beyond_coarse(position, beside)
         gamma = coarse.energies.gamma
-        search = FrequencyCascade(self.cascade.reduced, self.cascade.newton)
-        found = [self._of_all_levels(position, coarse, search.from_coarse(position, gamma, coarse))]
-        if neighbour is not None and neighbour.finest is not None:
-            warm = search.warm(position, gamma, neighbour.finest)
+        afresh = self._search.from_coarse(position, gamma, coarse)
+        found = [self._of_all_levels(position, coarse, afresh)]
+        if beside is not None:
+            warm = self._search.warm(position, gamma, beside) or self._near(position, beside)
             found.append(self._of_all_levels(position, coarse, warm))
         return self.cascade.selection.best(found)
+
+    @property
+    def _search(self) -> FrequencyCascade:
+        return FrequencyCascade(self.cascade.reduced, self.cascade.newton)
+
+    def _near(self, position: float, beside: Solution) -> Solution | None:
+        """From a neighbour, with an energy near that of its own.
+
+        That of the followed mode alone may be far off, as lower modes are taken as static there.
+        """
+        return self._search.warm(position, beside.energies.gamma, beside)
+
+    def _beyond_coarse(self, position: float, beside: Solution | None) -> CascadeSolution:
+        """Where the followed mode alone does not come to, and with all others perhaps does."""
+        if beside is not None and (warm := self._near(position, beside)) is not None:
+            return self._of_all_levels(position, None, warm)
+        return self._missing(position, "the followed mode alone has no motion of this frequency")
 
     def at_energy(self, gamma_ratio: float, neighbour: CascadeSolution) -> CascadeSolution:
         """Solve at a gamma ratio; the position is that of the frequency found."""
@@ -95,7 +112,7 @@ class FrequencySweep:
         return None
 
     def _of_all_levels(
-        self, position: float, coarse: Solution, reduced: Solution | None
+        self, position: float, coarse: Solution | None, reduced: Solution | None
     ) -> CascadeSolution:
         """All levels from a motion of the finest reduced one."""
         finest = reduced

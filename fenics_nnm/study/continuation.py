@@ -270,7 +270,7 @@ class FrequencySection(_Branch):
     def advice(self, samples: int) -> str:
         """Keys of the study that may help where motions are missing, see `EnergySection`."""
         return (
-            "contact may not raise this mode to all continuation.frequencies; "
+            "contact may not take this mode beyond the frequencies that were found; "
             f"{super().advice(samples)}"
         )
 

@@ -74,6 +74,21 @@ def test_frequency_that_contact_cannot_give(monkeypatch: pytest.MonkeyPatch) -> 
     assert "the followed mode alone has no motion of this frequency" in branch.reason
 
 
+def test_mode_above_another_one_is_followed_by_frequency() -> None:
+    """Mode 2 of a rod: alone, with mode 1 static, it has far larger energies, or none."""
+    omega = (np.arange(8) + 0.5) * np.pi * (1 + 1e-5 * np.arange(8) ** 2)
+    Phi = np.sqrt(2) * (-1.0) ** np.arange(8)
+    model = ReducedModel(omega, Phi[None, :], [[1 - np.sum(Phi**2 / omega**2)]], [1.0])
+    balance = HarmonicBalance(8, 64)
+    branch = follow(model, FrequencyContinuation(1.005, 1.045, 0.01), balance, mode=1)
+    assert branch.complete, branch.reason
+    assert len(branch.points) >= 5
+    for point in branch.points[1:3]:
+        at = EnergyContinuation(point.gamma_ratio, point.gamma_ratio * 1.001, 1.0)
+        again = follow(model, at, balance, mode=1).points[0]
+        assert again.frequency_ratio == pytest.approx(point.frequency_ratio, rel=1e-6)
+
+
 def rod(**continuation: Any) -> Branch:
     values = tomllib.loads((DEMOS / "rod" / "fine.toml").read_text())
     values["mesh"]["elements"] = 50

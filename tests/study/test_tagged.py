@@ -144,8 +144,8 @@ BY_FREQUENCY = {"parameter": "frequency", "frequencies": {"from": 1.01, "to": 1.
     [
         ({}, 7, "raise mode.samples = 7,"),
         ({}, 64, "mode.harmonics, or fewer reduction.modes"),
-        (BY_FREQUENCY, 128, "to all continuation.frequencies; another"),
-        (BY_FREQUENCY, 9, "to all continuation.frequencies; raise mode"),
+        (BY_FREQUENCY, 128, "beyond the frequencies that were found; another"),
+        (BY_FREQUENCY, 9, "beyond the frequencies that were found; raise mode"),
         ({"parameter": "arc-length"}, 128, "keys of continuation.arc_length"),
         ({"internal_resonance": "follow"}, 9, "raise mode.samples = 9,"),
     ],

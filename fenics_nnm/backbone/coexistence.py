@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -38,11 +39,12 @@ class Reach:
 
 @dataclass(frozen=True, slots=True)
 class Coexistence:
-    """Motions of several families at one energy, all confirmed in time.
+    """Motions of one energy with different frequencies, all confirmed in time.
 
     Attributes:
         energy: Energy in J.
-        families: Numbers of the families with the lowest and with the highest frequency.
+        families: Numbers of the families with the lowest and with the highest frequency; one and
+            the same where that turns back.
         frequencies: Lowest and highest frequency in Hz.
     """
 
@@ -69,20 +71,68 @@ def reaches(points: Sequence[BranchPoint]) -> tuple[Reach, ...]:
 
 
 def coexistences(points: Sequence[BranchPoint]) -> tuple[Coexistence, ...]:
-    """Energies of points at which motions of several families are confirmed, by rising energy.
+    """Energies of points at which several motions are confirmed, by rising energy.
 
-    Only those whose frequencies differ by more than 1e-3.
+    Only those whose frequencies differ by more than 1e-3. Between two neighbours of one family that
+    are both confirmed its frequency is taken linear in ln E.
+
+    Args:
+        points: Points in the order of the branch.
     """
-    confirmed = _by_family([point for point in points if point.confirmed])
-    courses = {number: _course(members) for number, members in confirmed.items()}
+    ways = [
+        _Way(start, np.log([one.motion.energy, other.motion.energy]), one, other)
+        for start, (one, other) in enumerate(pairwise(points))
+        if one.confirmed and other.confirmed and one.family == other.family != NO_FAMILY
+    ]
+    near = [way for way in ways if abs(way.ends[1] - way.ends[0]) <= _NEAR]
     found = [
-        _at(point, courses)
-        for members in confirmed.values()
-        for point in members
-        if len(confirmed) > 1
+        _at(index, point, near)
+        for index, point in enumerate(points)
+        if point.confirmed and point.family != NO_FAMILY
     ]
     apart = [each for each in found if each.spread > SAME_FREQUENCY]
     return tuple(sorted(apart, key=lambda each: each.energy))
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """From a point to the next one of its family: the number of the first, ln E of both, and both.
+
+    Attributes:
+        start: Number of the first point.
+        ends: ln E of both.
+        one: The first point.
+        other: The second one.
+    """
+
+    start: int
+    ends: Array
+    one: BranchPoint
+    other: BranchPoint
+
+    def passes(self, energy: float) -> bool:
+        """Whether it leads over an energy, given as ln E."""
+        return bool(self.ends.min() <= energy <= self.ends.max())
+
+    def frequency(self, energy: float) -> float:
+        """Frequency on the way at an energy, given as ln E."""
+        ends = (self.one.motion.frequency, self.other.motion.frequency)
+        width = self.ends[1] - self.ends[0]
+        part = (energy - self.ends[0]) / width if width else 0.0
+        return float(ends[0] + part * (ends[1] - ends[0]))
+
+
+def _at(index: int, point: BranchPoint, ways: Sequence[_Way]) -> Coexistence:
+    """The motions at the energy of a point: itself, and those that other ways lead over."""
+    energy = float(np.log(point.motion.energy))
+    found = [(point.motion.frequency, point.family)]
+    found += [
+        (way.frequency(energy), way.one.family)
+        for way in ways
+        if way.start not in (index - 1, index) and way.passes(energy)
+    ]
+    low, high = min(found), max(found)
+    return Coexistence(point.motion.energy, (low[1], high[1]), (low[0], high[0]))
 
 
 def _by_family(points: Sequence[BranchPoint]) -> dict[int, list[BranchPoint]]:
@@ -105,31 +155,3 @@ def _reach(number: int, members: Sequence[BranchPoint]) -> Reach:
         energy=span([point.motion.energy for point in members]),
         frequency=span([point.motion.frequency for point in members]),
     )
-
-
-def _course(members: Sequence[BranchPoint]) -> tuple[Array, Array]:
-    """Ln of energies, ascending, and frequencies."""
-    energies = np.log([point.motion.energy for point in members])
-    order = np.argsort(energies, kind="stable")
-    return energies[order], np.array([point.motion.frequency for point in members])[order]
-
-
-def _at(point: BranchPoint, courses: dict[int, tuple[Array, Array]]) -> Coexistence:
-    """The families at the energy of a point."""
-    energy, own = float(np.log(point.motion.energy)), (point.motion.frequency, point.family)
-    others = [
-        (frequency, number)
-        for number, course in courses.items()
-        if number != point.family and np.isfinite(frequency := _frequency(course, energy))
-    ]
-    low, high = min([own, *others]), max([own, *others])
-    return Coexistence(point.motion.energy, (low[1], high[1]), (low[0], high[0]))
-
-
-def _frequency(course: tuple[Array, Array], energy: float) -> float:
-    """Frequency of a family at ln E between two of its points; nan where it is not known."""
-    energies, frequencies = course
-    after = int(np.searchsorted(energies, energy))
-    if not 0 < after < len(energies) or energies[after] - energies[after - 1] > _NEAR:
-        return float("nan")
-    return float(np.interp(energy, energies, frequencies))

@@ -28,7 +28,7 @@ class Jump:
 
     def __str__(self) -> str:
         first, second = self.gamma_ratios
-        low, high = (f"{100 * each:+.2g}" for each in self.predicted)
+        low, high = (f"{100 * each + 0.0:+.2g}" for each in self.predicted)
         expected = f"{low} %" if low == high else f"{low} to {high} %"
         one, other = self.contacts
         bounces = "" if one == other else f"; contacts a period: {one} and {other}"

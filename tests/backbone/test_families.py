@@ -164,6 +164,13 @@ def test_families_at_one_energy_are_told_with_their_range() -> None:
         assert each.families == (1, 2)
         exact = (pressed(each.energy), pressed_with_two_bounces(each.energy))
         assert each.frequencies == pytest.approx(exact, rel=1e-3)
+    back = [1.0, 1.1, 1.15, 1.05]  # one family that turns back, its frequency rising all the way
+    family = [point(energy, lambda x, k=k: 1.0 + 0.01 * k) for k, energy in enumerate(back)]
+    turned = [replace(each, verdict=Verdict(VERIFIED, confirmed=True, family=1)) for each in family]
+    first, second = coexistences(turned)
+    assert (first.energy, second.energy) == (1.05, 1.1)
+    part = np.log(1.05 / 1.0) / np.log(1.1 / 1.0)
+    assert first.frequencies == pytest.approx((1 + 0.01 * part, 1.03))
     main, other = reaches(confirmed)
     assert (main.points, main.confirmed, main.gamma_ratio) == (4, 4, (1.0, 1.3))
     assert other.frequency == pytest.approx(

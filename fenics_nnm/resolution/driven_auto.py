@@ -141,7 +141,7 @@ def driven_choice(
 
 def _first(study: Study) -> Resolution:
     """Numbers to begin with, which have all harmonics of the forces."""
-    at, highest = least(study), max(drive_harmonics(study))
+    at, highest = least(study), max(drive_harmonics(study), default=0)
     if "harmonics" not in study.automatic or highest <= at.harmonics:
         return at
     return replace(at, harmonics=highest, samples=max(at.samples, 8 * highest))

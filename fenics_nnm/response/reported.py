@@ -60,6 +60,10 @@ def _highest_peaks(found: Response) -> Iterator[int]:
     Without contact peaks lie between the points.
     """
     for level in found.levels:
-        own = [n for n, p in enumerate(found.points) if p.level == level and p.found]
+        own = [
+            number
+            for number, point in enumerate(found.points)
+            if point.level == level and point.found and not point.refuted
+        ]
         own = [n for n in own if found.points[n].event == PEAK] or own
         yield from sorted(own, key=lambda n: -found.points[n].amplitude[0])[:1]

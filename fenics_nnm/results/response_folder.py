@@ -61,7 +61,7 @@ class Workplace:
         self.give_up()
         levels = _levels_in(self.path)
         if levels:
-            return f"{levels} levels are in {self.path}; --resume goes on from there"
+            return f"{_counted(levels)} in {self.path}; --resume goes on from there"
         _remove(self.path)
         with suppress(OSError):  # older results may be in it
             self.results.rmdir()
@@ -127,10 +127,10 @@ def report(folder: Path, but: Path) -> None:
     for path in interrupted(folder):
         if path != but and (levels := _levels_in(path)):
             logger.warning(
-                "%s: has %d levels of a response that was interrupted; left as it is; --resume "
-                "goes on from there",
+                "%s: of a response that was interrupted: %s in there; left as it is; --resume "
+                "goes on",
                 path,
-                levels,
+                _counted(levels),
             )
 
 
@@ -149,8 +149,17 @@ def _assert_free(folder: Path) -> None:
         )
 
 
+def _counted(levels: int) -> str:
+    return "1 level is" if levels == 1 else f"{levels} levels are"
+
+
 def _levels_in(path: Path) -> int:
-    return len(list(response_file.levels_beside(path / NAME).glob("[0-9]*.npz")))
+    """Number of levels that are complete, beside the file or in it."""
+    beside = response_file.levels_beside(path / NAME)
+    if beside.exists():
+        return len(list(beside.glob("[0-9]*.npz")))
+    found = _read(path / NAME)
+    return len(found.found.levels) if found else 0
 
 
 def _read(path: Path) -> StoredResponse | None:

@@ -142,7 +142,9 @@ def _working_in(folder: Path, comm: MPI.Comm) -> Iterator[Workplace]:
                     error.add_note(note)
         if isinstance(error, OSError) and not isinstance(error, OutputError):
             reason = error.strerror or error
-            raise OutputError(f"{error.filename or folder}: cannot be written: {reason}") from error
+            wrapped = OutputError(f"{error.filename or folder}: cannot be written: {reason}")
+            wrapped.__notes__ = getattr(error, "__notes__", [])
+            raise wrapped from error
         raise
 
 

@@ -1,7 +1,5 @@
 """A piece of the response that is not connected to its ends: found, closed, and there in time."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,10 +7,11 @@ from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.linear_part import RatedPart
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.output.response_lines import pieces
+from fenics_nnm.response.curve import curve
 from fenics_nnm.response.in_time import state_at
 from fenics_nnm.response.isolas import with_isolas
 from fenics_nnm.response.judge import Unjudged
-from fenics_nnm.response.levels import Response, response
+from fenics_nnm.response.levels import Response
 from fenics_nnm.response.phase_resonance import damped_backbone
 from fenics_nnm.response.simulation import settled, simulation
 from fenics_nnm.response.structure import Drive, DrivenStructure
@@ -34,9 +33,9 @@ def structure() -> DrivenStructure:
 @pytest.fixture(scope="module")
 def connected() -> Response:
     """Its response as it is connected to the ends, and the damped backbone."""
-    found = response(structure(), SERIES, FREQUENCIES)
+    found = curve(structure(), SERIES, FREQUENCIES, judge=Unjudged())
     backbone = damped_backbone(structure(), SERIES, FREQUENCIES, (1.0,), judge=Unjudged())
-    return replace(found, backbone=backbone)
+    return Response(found.points, backbone=backbone)
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ DRIVEN: dict[str, Any] = {
     "damping": {"ratio": 0.02},
     "excitation": {"at": [0.5], "force": [2e4]},
     "response": {
-        "frequencies": {"from": 1200.0, "to": 1500.0, "step": 100.0},
+        "frequencies": {"from": 1250.0, "to": 1400.0, "step": 50.0},
         "levels": [0.5, 1.0],
         "backbone": False,
     },
@@ -39,7 +39,7 @@ STOP: dict[str, Any] = {
     "damping": {"ratio": 0.02},
     "excitation": {"unknown": 1, "force": 0.05},
     "response": {
-        "frequencies": {"from": 0.14, "to": 0.2, "step": 0.02},
+        "frequencies": {"from": 0.155, "to": 0.165, "step": 0.005},
         "levels": [0.5, 1.0],
         "backbone": False,
     },
@@ -110,7 +110,7 @@ def test_report_at_names_the_motions(study_file: StudyFile, command: Command) ->
     found = response_file.read(Path("out/response.h5")).found
     assert list(absent(found, (1250.0, 1260.0))) == ["level 0.5 has no motion at 1260 Hz to report"]
     bad = study_file(DRIVEN, response={"report_at": [900.0]})
-    command("response", bad).assert_one_line(2, "response", "report_at = 900", "1200", "1500")
+    command("response", bad).assert_one_line(2, "response", "report_at = 900", "1250", "1400")
 
 
 def test_matrices_have_no_files(stop: StudyFile, command: Command) -> None:
@@ -165,7 +165,7 @@ def test_interrupted_response_goes_on(
 
     monkeypatch.setattr(levels, "_at_level", at_level)
     ended = command("response", study, "--output", "out")
-    assert ended.code != 0 and "1 levels are in out/.response-1; --resume" in ended.err
+    assert ended.code != 0 and "1 level is in out/.response-1; --resume" in ended.err
     assert not Path("out/response.csv").exists()
     command(
         "response", stop(damping={"ratio": 0.03}), "--output", "out", "--resume"
@@ -180,6 +180,30 @@ def test_interrupted_response_goes_on(
     assert solved[3:] == [0.0125]
     found = response_file.read(Path("out/response.h5")).found
     assert found.levels == (1.0, 0.25, 0.5)
+
+
+def test_levels_stay_where_files_cannot_be_written(
+    study_file: StudyFile,
+    command: Command,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Motions are all there then; going on writes what is missing, and finds none again."""
+
+    def full(*given: Any, **named: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    study = study_file(DRIVEN, response={"levels": [0.5]})
+    with monkeypatch.context() as patched:
+        patched.setattr("fenics_nnm.running.responding.write_motions", full)
+        ended = command("response", study, "--output", "out")
+    assert ended.code == 1 and "1 level is in out/.response-1" in ended.err
+    assert command("response", study, "--output", "out").code == 0
+    assert "interrupted: 1 level is in there; left as it is" in caplog.text
+    monkeypatch.setattr(levels, "_at_level", full)
+    resumed = command("response", study, "--output", "out", "--resume")
+    assert resumed.code == 0 and len(list(Path("out/fields").glob("*Hz.pvd"))) == 1
+    assert not list(Path("out").glob(".response*"))
 
 
 def test_damaged_file_is_refused(stop: StudyFile, command: Command) -> None:

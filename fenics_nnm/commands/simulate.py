@@ -169,7 +169,10 @@ def _place(text: str | None) -> tuple[int, int] | None:
 
 
 def simulation_table(structure: DrivenStructure, found: Simulated, title: str = "") -> Table:
-    """Largest amplitude of each way of the excited and further places, and the last one."""
+    """Largest amplitude of each way, and the last one, of the excited and further places.
+
+    Where there are none it is that of the contact point that moves most.
+    """
     from rich.table import Table
 
     table = Table(title=title or None, box=None, padding=(0, 3, 0, 0))
@@ -185,6 +188,7 @@ def simulation_table(structure: DrivenStructure, found: Simulated, title: str = 
 
 def _table_rows(structure: DrivenStructure, leg: Leg) -> list[tuple[str, ...]]:
     amplitude, contact = leg.found.of("amplitude"), leg.found.of("contact_fraction")
+    most = int(amplitude.max(axis=0).argmax())
     top = amplitude.argmax(axis=0)
     return [
         (
@@ -195,5 +199,5 @@ def _table_rows(structure: DrivenStructure, leg: Leg) -> list[tuple[str, ...]]:
             f"{amplitude[-1, place]:.4g}",
             f"{contact[-1]:.1%}",
         )
-        for place in range(structure.watched.before_contact)
+        for place in range(structure.watched.before_contact) or [most]
     ]

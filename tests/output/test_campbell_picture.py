@@ -27,4 +27,6 @@ def test_change_from_the_linear_mode_has_a_panel() -> None:
 
 def test_linear_diagram_has_frequencies_and_gap_alone() -> None:
     points = [AtSpeed(speed, np.array([100.0]), 1e-4) for speed in (0.0, 10.0)]
-    assert len(campbell_plot(points, [], [1], "Blade").axes) == 2
+    figure = campbell_plot(points, [], [1, 4], "Blade", lobes=[4])
+    assert len(figure.axes) == 2
+    assert [text.get_text() for text in figure.axes[0].texts] == ["1", "4 lobes"]

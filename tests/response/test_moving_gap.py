@@ -18,6 +18,7 @@ from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.motion import forces_at, free_displacement
 from fenics_nnm.mechanics.moving_gap import GapMotion
 from fenics_nnm.nonlinear.timed import TimedEquations
+from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.response.driven import point_of
 from fenics_nnm.response.first_motion import first_motion
 from fenics_nnm.response.in_time import state_at
@@ -61,6 +62,24 @@ def test_obstacle_that_always_presses_is_a_linear_spring_that_moves() -> None:
             exact[series.order == n] = x.real, -x.imag
         np.testing.assert_allclose(point.q[:, 0], exact, atol=1e-9)
         assert point.status == "verified" and point.imbalance < 1e-10
+
+
+def test_derivative_of_the_equations_is_that_of_differences() -> None:
+    mechanics = oscillator(0.3).mechanics
+    equations = TimedEquations.of(mechanics, FourierSeries(6, 48))
+    q = 0.4 * np.random.default_rng(1).normal(size=(13, 1))
+
+    def residual(moved: np.ndarray) -> np.ndarray:
+        at = Unknowns.of(moved, 1.1)
+        return equations.residual(at, equations.forces(at)).ravel()
+
+    at = Unknowns.of(q, 1.1)
+    found = equations.jacobian(at, equations.forces(at))
+    assert equations.forces(at).force.any() and np.abs(equations.given).max() == 0.5
+    for column, step in enumerate(1e-6 * np.eye(13)):
+        change = step[:, None]
+        difference = (residual(q + change) - residual(q - change)) / 2e-6
+        np.testing.assert_allclose(found[:, column], difference, atol=1e-6)
 
 
 def test_motion_past_an_obstacle_is_that_of_another_integrator() -> None:
@@ -134,6 +153,16 @@ def test_matrices_have_gaps_that_follow_the_speed(mass: StudyFile, command: Comm
     assert float(row["frequency_Hz"]) == pytest.approx(0.6 / (2 * np.pi))
     assert float(row["amplitude_m"]) == pytest.approx(0.5)  # the contact point follows the obstacle
     assert row["status"] == "verified" and float(row["energy_balance"]) < 1e-9
+
+
+def test_simulation_from_rest_follows_the_obstacle(mass: StudyFile, command: Command) -> None:
+    """Pressed all the time: the contact point moves as the gap, 0.5 cos + 0.1 cos 2, 0.5 about."""
+    hertz = 0.6 / (2 * np.pi)
+    ended = command("simulate", mass(), "--frequency", hertz, "--periods", 60)
+    assert ended.code == 0, ended.err
+    (row,) = [line.split() for line in ended.out.splitlines() if line.strip().startswith("const")]
+    assert row[1:3] == ["contact", "1"] and row[-2:] == ["0.5", "100.0%"]
+    assert "repeats after a period" in ended.out
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,8 @@ class Passing:
     Attributes:
         surface: The casing where it stands.
         turning: How the body turns.
-        multiples: Multiples m of the speed that the casing has, a range from its step on.
+        multiples: Multiples m of the speed that the casing has, a range from its step on; none
+            where it turns with the body.
     """
 
     surface: Surface
@@ -71,7 +72,7 @@ class Passing:
         return 2 * self._harmonics(points, directions)[1:]
 
     def _harmonics(self, points: Array, directions: Array) -> Complex:
-        count = _PLACES * (len(self.multiples) + 1)
+        count = _PLACES * len(self.multiples) + 1
         angles = 2 * np.pi * np.arange(count) / (count * self.multiples.step)
         places = np.concatenate([self.turning.places(points, angle) for angle in angles])
         lines = np.concatenate([self.turning.turned(directions, angle) for angle in angles])

@@ -51,7 +51,7 @@ def _patch(
         surface = on_root(comm, _naming, f"{key}.casing", made.surface)
     gap: Field | None = _gap(key, patch, surface)
     passing: Passed = standing
-    if casing is not None and casing.passing_order and rotation:
+    if casing is not None and casing.passing_order and rotation is not None:
         passed = on_root(
             tagged.mesh.comm, _naming, f"{key}.casing", partial(casing.passing, _turning(rotation))
         )

@@ -74,17 +74,13 @@ class AnyCasing(Record):
         """Multiple of the speed at which a body turns past it; 0 if it turns with the body."""
         return 0
 
-    def multiples(self) -> range:
-        """Multiples of the speed in the gaps of a body that turns past it: none but the mean."""
-        return range(1)
-
     def passing(self, turning: Turning) -> Passing:
-        """What a body that turns meets where this stands still.
+        """What a body that turns meets of it.
 
         Raises:
             GeometryError: as `surface`.
         """
-        return Passing(self.surface(), turning, self.multiples())
+        return Passing(self.surface(), turning, range(0))
 
     @abstractmethod
     def surface(self) -> Surface:
@@ -219,6 +215,15 @@ class TurningCasing(_Round):
         """How many times it is the same in a turn."""
         return 1
 
+    @abstractmethod
+    def _multiples(self) -> range:
+        """Multiples of the speed in the gaps of a body that turns past it."""
+
+    def passing(self, turning: Turning) -> Passing:
+        """As `AnyCasing.passing`."""
+        multiples = self._multiples() if self.frame == "fixed" else range(0)
+        return Passing(self.surface(), turning, multiples)
+
     @model_validator(mode="after")
     def _zero_is_known(self) -> Self:
         if self.zero is None and not isinstance(self.axis, str):
@@ -258,8 +263,7 @@ class LobedSection(TurningCasing):
     def _order(self) -> int:
         return self.lobes
 
-    def multiples(self) -> range:
-        """As `AnyCasing.multiples`."""
+    def _multiples(self) -> range:
         return range(self.lobes, _LOBE_HARMONICS * self.lobes + 1, self.lobes)
 
     @model_validator(mode="after")
@@ -281,8 +285,7 @@ class TableSection(TurningCasing):
     def _about(self, frame: Frame) -> Surface:
         return RadialSurface(frame, read_radii(self.file).grown(self.growth))
 
-    def multiples(self) -> range:
-        """As `AnyCasing.multiples`."""
+    def _multiples(self) -> range:
         return range(1, read_radii(self.file).angles // 2 + 1)
 
 

@@ -91,7 +91,7 @@ class DampedStage:
     def nbytes(self) -> int:
         """Bytes of its arrays."""
         own = self.basis, self.inverse, self.inward, self.by_wave
-        return self.linear.nbytes + bytes_of(*own)
+        return self.linear.nbytes + bytes_of(*own, self.pull_by_gap, self.margin_by_gap)
 
     def holds(self, q: Array) -> bool:
         """Whether all margins are positive at coordinates and changes of gaps, shape (J + n_c,)."""

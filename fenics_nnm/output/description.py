@@ -46,7 +46,7 @@ def describe(prepared: Prepared) -> str:
     below = linear.modes.checked_below
     if below:
         lines += ["", f"no mode missed below {below / 2 / np.pi:.6g} Hz"]
-    return "\n".join([*lines, *_resonances(prepared), *_driven(study)])
+    return "\n".join([*lines, *_resonances(prepared), *_driven(study), *_passing(study)])
 
 
 def _over_all_vertices(first: FirstContact) -> list[str]:
@@ -104,6 +104,18 @@ def _driven(study: Study) -> list[str]:
         "",
         f"{names}: for fenics-nnm response; the motions of a run are undamped, with the "
         "damping ratio and the force that would keep them up in backbone.csv",
+    ]
+
+
+def _passing(study: Study) -> list[str]:
+    """That gaps move, where they do."""
+    if not study.contact.passing_orders:
+        return []
+    orders = ", ".join(map(str, sorted(study.contact.passing_orders)))
+    return [
+        "",
+        f"gaps move at {orders} times the speed of rotation, and are shown in the mean: for "
+        "fenics-nnm response and simulate, not for a run",
     ]
 
 

@@ -155,6 +155,11 @@ def test_matrices_have_gaps_that_follow_the_speed(mass: StudyFile, command: Comm
     assert row["status"] == "verified" and float(row["energy_balance"]) < 1e-9
 
 
+def test_check_says_that_gaps_move(mass: StudyFile, command: Command) -> None:
+    ended = command("check", mass(contact={"gap": 1.0}))
+    assert ended.code == 0 and "gaps move at 3, 6 times the speed" in ended.out
+
+
 def test_simulation_from_rest_follows_the_obstacle(mass: StudyFile, command: Command) -> None:
     """Pressed all the time: the contact point moves as the gap, 0.5 cos + 0.1 cos 2, 0.5 about."""
     hertz = 0.6 / (2 * np.pi)

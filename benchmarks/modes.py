@@ -58,8 +58,7 @@ def by_slepc(inverse: Factored, count: int) -> Array:
     vector = inverse.system.mass.createVecRight()
     for index in range(count):
         eps.getEigenvector(index, vector)
-    eps.destroy()
-    return np.sort(found)[:count]
+    return np.sort(found)[:count]  # not destroyed: that would reset the factors of the next pair
 
 
 def main() -> None:

@@ -50,6 +50,7 @@ _EVENTS = (
     Column("branch"),
     Column("what", "word"),
     Column("frequency (Hz)"),
+    Column("speed (rad/s)"),
     Column("amplitude, 0-peak (m)"),
     Column("lag (deg)"),
     Column("status", "word"),
@@ -60,6 +61,7 @@ _RESONANCES = (
     Column("level"),
     Column("branch"),
     Column("frequency (Hz)"),
+    Column("speed (rad/s)"),
     Column("force, 0-peak (N)"),
     Column("amplitude, 0-peak (m)"),
     Column("contact (% of period)"),
@@ -128,6 +130,7 @@ def _overview(stored: StoredResponse) -> Section:
                 ("Levels", ", ".join(f"{level:g}" for level in stored.found.levels)),
                 (f"Largest amplitude of {stored.watched.names[0]}", largest),
                 ("Motions with contact", f"{len(touching)} of {len(points)}"),
+                ("Resolution", str(stored.header.resolution)),
             ]
         ),
     )
@@ -170,11 +173,17 @@ def _events(stored: StoredResponse) -> Section:
 def _numbers(point: ResponsePoint) -> tuple[str, ...]:
     return (
         f"{point.frequency:.7g}",
+        _speed(point),
         f"{point.amplitude[0]:.4g}",
         f"{point.phase[0]:.2f}",
         str(point.status),
         point.judgement.stability or "not known",
     )
+
+
+def _speed(point: ResponsePoint) -> str:
+    """The speed of rotation that goes with the frequency; nothing where they are not tied."""
+    return "" if np.isnan(point.speed) else f"{point.speed:.6g}"
 
 
 def _level(point: ResponsePoint) -> str:
@@ -190,6 +199,7 @@ def _resonances(stored: StoredResponse) -> Section:
             _level(each.point),
             str(each.point.branch),
             f"{each.point.frequency:.7g}",
+            _speed(each.point),
             f"{each.force:.4g}",
             f"{each.point.amplitude[0]:.4g}",
             f"{100 * each.point.displacements.contact[0]:.1f}",

@@ -41,12 +41,13 @@ def pieces(found: Response) -> Iterator[str]:
             )
 
 
-def kinematics_note(found: Response) -> Iterator[str]:
-    """What is not looked at of a body that touches something, a line."""
-    if any(point.displacements.contact.max(initial=0.0) > 0 for point in found.points):
+def kinematics_note(found: Response, doubt: str) -> Iterator[str]:
+    """What linear kinematics leave out of a body that touches something, a line."""
+    if any(point.touches for point in found.points):
         yield (
-            "kinematics are linear: a body that bends gets shorter, which may keep it from its "
-            "obstacle, and is not looked at here; fenics-nnm check says how much it would change"
+            f"no motion in contact is verified: {doubt}"
+            if doubt
+            else "kinematics are linear; fenics-nnm check says how much second order would change"
         )
 
 

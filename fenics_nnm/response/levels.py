@@ -53,6 +53,11 @@ class Response:
     backbone: DampedBackbone = field(default_factory=DampedBackbone)
     instead: tuple[Instead, ...] = ()
 
+    def doubted(self, doubt: str) -> Response:
+        """The same, where a doubt stands against all motions in contact."""
+        points = tuple(point.doubted(doubt) for point in self.points)
+        return replace(self, points=points, backbone=self.backbone.doubted(doubt))
+
     @property
     def missing(self) -> tuple[ResponsePoint, ...]:
         """Points without amplitudes."""

@@ -83,6 +83,13 @@ class DampedBackbone:
     points: tuple[Resonance, ...] = ()
     reasons: tuple[str, ...] = ()
 
+    def doubted(self, doubt: str) -> DampedBackbone:
+        """The same, where a doubt stands against all motions in contact."""
+        return replace(
+            self,
+            points=tuple(replace(each, point=each.point.doubted(doubt)) for each in self.points),
+        )
+
     @property
     def refuted(self) -> tuple[Resonance, ...]:
         """Points that are no motions of the structure."""

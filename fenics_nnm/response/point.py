@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -100,6 +100,18 @@ class ResponsePoint:
     def reason(self) -> str:
         """Why there are no amplitudes, or why the motion is not verified."""
         return self.judgement.reason
+
+    def doubted(self, doubt: str) -> ResponsePoint:
+        """The same, not verified where it is in contact and a doubt stands against that."""
+        if not doubt or self.status is not Status.VERIFIED or not self.touches:
+            return self
+        judgement = replace(self.judgement, status=Status.CONVERGED, reason=doubt)
+        return replace(self, judgement=judgement)
+
+    @property
+    def touches(self) -> bool:
+        """Whether any point is in contact."""
+        return bool(self.displacements.contact.max(initial=0.0) > 0)
 
     @property
     def found(self) -> bool:

@@ -95,7 +95,7 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
     with _working_in(folder, comm) as place:
         data = linear.data()
         known = led(comm, data.blocks, partial(_begun, job, place, header, structure, data))
-        found = on_root(comm, _solved, job, place, structure, known)
+        found = on_root(comm, _solved, job, place, structure, known).doubted(linear.doubt)
         with job.stages.stage("output"):
             notes, missing = _notes(chosen, found), tuple(_missing(study, found))
             lines = [*_lines(missing, found), *notes]
@@ -226,7 +226,7 @@ def _notes(chosen: DrivenChoice, found: Response) -> tuple[str, ...]:
     return (
         *pieces(found),
         *map(str, found.instead),
-        *(kinematics_note(found) if chosen.linear.has_mesh else ()),
+        *(kinematics_note(found, chosen.linear.doubt) if chosen.linear.has_mesh else ()),
         *([numbers] if numbers else []),
     )
 

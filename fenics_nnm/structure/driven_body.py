@@ -20,11 +20,13 @@ class DrivenBody:
         solid: Body.
         interface: Its contact points.
         basis: What it is reduced to, with the unknowns that this rank owns.
+        doubt: Why no motion in contact can be verified, or nothing.
     """
 
     solid: Solid
     interface: ContactInterface
     basis: DrivenBasis
+    doubt: str = ""
     has_mesh: bool = True
 
     def data(self) -> Data:

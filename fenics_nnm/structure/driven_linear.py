@@ -17,6 +17,10 @@ class DrivenLinear(Protocol):
         """What it is reduced to."""
 
     @property
+    def doubt(self) -> str:
+        """Why no motion in contact can be verified, or nothing."""
+
+    @property
     def has_mesh(self) -> bool:
         """Whether there is a mesh, to write fields on."""
 
@@ -30,9 +34,11 @@ class DrivenMatrices:
 
     Attributes:
         basis: What they are reduced to.
+        doubt: Nothing: matrices have the kinematics that they are given with.
     """
 
     basis: DrivenBasis
+    doubt: str = ""
     has_mesh: bool = False
 
     def data(self) -> Data:

@@ -44,6 +44,7 @@ from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.damped_body import rows_of_body
 from fenics_nnm.structure.damped_rows import DampedRows
 from fenics_nnm.structure.driven_body import DrivenBody
+from fenics_nnm.structure.driven_kinematics import doubt_of_driven
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.frequencies import frequencies_of
@@ -145,7 +146,9 @@ class MeshStructure:
                 modes = solver.modes(mode_count(study, None, solver.free))
             with stages.stage("attachments"):
                 basis = driven(solid, interface, pushes, others, modes, solver, gap_motion)
-        return DrivenBody(solid, interface, basis)
+            chosen = assembled.sites, choices, interface
+            doubt = doubt_of_driven(study, solid, chosen, modes, solver, stages)
+        return DrivenBody(solid, interface, basis, doubt)
 
     def damped_rows(self, linear: LinearAnalysis) -> DampedRows:
         """As `Structure.damped_rows`."""

@@ -16,8 +16,11 @@ from fenics_nnm.backbone.point import CONVERGED, VERIFIED
 from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.output.html_report.words import sentences
 from fenics_nnm.output.pictures.results import read_results
+from fenics_nnm.response.point import Status
+from fenics_nnm.running.responding import ResponseJob, respond
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import linear_analysis, prepared
+from fenics_nnm.structure.driven import driven_linear
 from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.motions_at_speed import Quantity, ReachedByTargets, Target
 from fenics_nnm.structure.prepared import Prepared
@@ -99,6 +102,31 @@ def test_what_cannot_be_of_second_order_is_linear_and_says_how_much_it_lacks(
     massless = body("linear").linear.reduction.choice
     assert closing(found.choice.doubt) == pytest.approx(closing(massless.doubt), rel=0.012)
     assert "kinematics are linear, and second order would change" in found.choice.doubt
+
+
+def test_driven_motions_are_doubted_as_those_of_a_branch(tmp_path: Path) -> None:
+    """The same number as for a branch; motions without contact, and failed ones, are left alone."""
+    driven = {
+        "mode": {"harmonics": 3, "samples": 32},
+        "damping": {"ratio": 0.05},
+        "excitation": {"facets": "right", "force": [0.0, 600.0]},
+        "response": {
+            "frequencies": {"from": 15.0, "to": 18.0, "step": 3.0},
+            "levels": [0.01, 1.0],
+            "backbone": False,
+        },
+    }
+    study = study_from(changed(SLENDER, driven), Path("study.toml"))
+    doubt = driven_linear(study, MPI.COMM_SELF).doubt
+    assert closing(doubt) == pytest.approx(closing(body("linear").linear.reduction.choice.doubt))
+    near = study_from(changed(changed(SLENDER, driven), {"contact": {"gap": 1e-6}}), Path("s.toml"))
+    assert not driven_linear(near, MPI.COMM_SELF).doubt
+    job = ResponseJob(study, "", resume=False, comm=MPI.COMM_SELF, stages=Stages())
+    found = respond(job, tmp_path / "driven")
+    touching = [point for point in found.found.points if point.touches]
+    assert touching and all(point.status is not Status.VERIFIED for point in touching)
+    assert {p.status for p in found.found.points if not p.touches} == {Status.EXACT}
+    assert any("no motion in contact is verified" in line for line in found.notes)
 
 
 def test_full_order_is_doubted_too() -> None:

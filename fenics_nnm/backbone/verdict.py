@@ -283,6 +283,14 @@ def _too_far_off(point: BranchPoint, *, confirmed: bool) -> str:
     return ""
 
 
+def contradicted(point: BranchPoint) -> bool:
+    """Whether a point failed for another reason than the error that is expected of it."""
+    if point.status != FAILED or point.returned is None:
+        return point.status == FAILED
+    found = _failure(point, InTime(point.returned, float("nan")))
+    return bool(found) or not _too_far_off(point, confirmed=False)
+
+
 def _doubt(point: BranchPoint, evidence: _Evidence) -> str:
     """Why integration in time does not confirm the point, or nothing."""
     reduction = point.expected.reduction

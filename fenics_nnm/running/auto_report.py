@@ -7,7 +7,8 @@ import math
 from typing import Any
 
 from fenics_nnm.backbone.branch import Branch
-from fenics_nnm.backbone.point import RESONANT, believable
+from fenics_nnm.backbone.point import RESONANT
+from fenics_nnm.backbone.verdict import contradicted
 from fenics_nnm.resolution.accuracy import SOURCES, Accuracy
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.resolution.finer import needed
@@ -70,13 +71,14 @@ def advice_of(chosen: Choice) -> str:
 def doubt_of(branch: Branch) -> str:
     """Why the expected errors of a branch mean nothing, or nothing.
 
-    Integration in time contradicts points that failed. Points inside an internal resonance do not
+    Integration in time contradicts points that failed; those of which a large error is expected are
+    judged by that, with all others. Points inside an internal resonance do not
     count, and those without contact are linear motions, whose errors are zero with any numbers.
     """
     points = branch.points
     if not points:
         return "no point was found"
-    if failed := len(points) - len(believable(points)):
+    if failed := sum(map(contradicted, points)):
         return f"{failed} points failed the check in time"
     touching = [point for point in points if point.motion.contact_fraction > 0]
     if touching and all(point.status == RESONANT for point in touching):

@@ -11,7 +11,7 @@ from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.periodicity import followed
 from fenics_nnm.backbone.point import GAMMA_RATIO, BranchPoint
-from fenics_nnm.backbone.verdict import WITH_MASS, judged
+from fenics_nnm.backbone.verdict import WITH_MASS, contradicted, judged
 from fenics_nnm.backbone.wanted import Followed
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.mechanics import Mechanics
@@ -147,6 +147,8 @@ def test_no_point_is_trusted_that_is_expected_to_be_far_off() -> None:
     assert (found.status, found.confirmed) == ("failed", False)
     assert found.reason.endswith("expected to put its frequency off by 136.0%")
     assert verdict(replace(point, expected=off)).status == "verified"
+    assert not contradicted(found)
+    assert contradicted(verdict(with_balance(replace(late, expected=off), virial_error=1e-4)))
     near = replace(point.expected, series=SeriesError(0.004, -0.005, 100.0))
     assert verdict(replace(late, expected=near), shooting=False).status == "converged"
     for series in (True, False):

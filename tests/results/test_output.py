@@ -53,7 +53,7 @@ HEADER = (
     "harmonics_error,samples_error,error_remainder,resonance,skipped,event,"
     "return_error_10,energy_variation,energy_drift,tension_m,complementarity,"
     "shot_distance,shot_return_error,stability,reason,slope_ratio,"
-    "family,confirmed,damping_needed"
+    "family,confirmed,damping_needed,damping_ratio,resonance_force_N"
 )
 
 

@@ -185,7 +185,8 @@ class Families:
         numbers: Number of the family of each point: `MAIN_BRANCH`, or 2, 3 ..
         behind: Whether the frequency of each lags behind the main branch, or may do so: it is off
             that and nearer to the linear one than the nearest link says (so are all where there
-            are no links), or among its last links, rises by little, and nothing beyond tells.
+            are no links), or on it and no link, or among its last links, rises by little, and
+            nothing beyond tells.
         jumps: Neighbours whose frequencies do not follow from each other.
     """
 
@@ -207,9 +208,11 @@ def families(points: Sequence[BranchPoint], series: Series, *, connected: bool =
     course = Course.of(points, connected=connected)
     links = _links(course)
     numbers = _numbers(course, links)
-    last = _last(course, links)
+    told = set(links) - set(_last(course, links))
     behind = [
-        k in last if number == MAIN_BRANCH else _behind(course, links, k)
+        k not in told and not course.linear[k]
+        if number == MAIN_BRANCH
+        else _behind(course, links, k)
         for k, number in enumerate(numbers)
     ]
     ways = (i for i in range(len(points) - 1) if course.jumps(i))

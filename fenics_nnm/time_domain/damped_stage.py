@@ -109,12 +109,19 @@ class DampedStage:
         """The motion from a state, at a phase of the force."""
         linear = self.linear
         state = np.concatenate([linear.nu * ((q - linear.rest) @ linear.V), velocity @ linear.V])
-        moved = drive.gap_turned(phase, len(linear.size))
-        by_gap, rates = self.inward @ (self.pull_by_gap @ moved), drive.gap_rates
-        amplitude = np.hstack([self.inward @ drive.turned(phase), by_gap])
-        push = Push(amplitude, np.concatenate([drive.rates, rates]))
+        push, sway = self._driven(drive, phase)
         course = self.propagator.course(self.inverse @ state, push)
-        return DampedMotion(self, course, push.fastest, Sway(self.margin_by_gap @ moved, rates))
+        return DampedMotion(self, course, push.fastest, sway)
+
+    def _driven(self, drive: Drive, phase: float) -> tuple[Push, Sway]:
+        """What forces and moving gaps do to the motion, and gaps to the margins."""
+        force, points = self.inward @ drive.turned(phase), len(self.linear.size)
+        if not drive.gap.moves:
+            return Push(force, drive.rates), Sway(np.zeros((points, 0), complex), np.zeros(0))
+        moved, rates = drive.gap_turned(phase, points), drive.gap_rates
+        by_gap = self.inward @ (self.pull_by_gap @ moved)
+        push = Push(np.hstack([force, by_gap]), np.concatenate([drive.rates, rates]))
+        return push, Sway(self.margin_by_gap @ moved, rates)
 
     def scaled(self, change: Array) -> Array:
         """Changes of (q, q') as changes of y, shape (2 J, c)."""
@@ -239,8 +246,9 @@ class DampedMotion:
         rows, course, time = stage.by_wave[:points], self.course, start
         by_size, pushed = course.bends(rows)
         sway, moves = self.sway, self.sway.rates.size > 0
-        reach, offset = np.abs(rows), np.abs(linear.margin_rest) + sway.size
-        pushed = pushed + sway.bend
+        reach, offset = np.abs(rows), np.abs(linear.margin_rest)
+        if moves:
+            offset, pushed = offset + sway.size, pushed + sway.bend
         while time < longest:
             z = course.at(time)
             found, sizes = (stage.by_wave @ z).real, course.sizes(z)

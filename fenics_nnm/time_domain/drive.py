@@ -80,6 +80,8 @@ class Drive:
 
     def gap_at(self, phase: float, points: int) -> tuple[Array, Array]:
         """Change of some gaps in m at a phase, and its rate in m/s, each of shape (n_c,)."""
+        if not self.gap.moves:
+            return np.zeros(points), np.zeros(points)
         change, rate = self.gap.at(phase), self.omega * self.gap.rate(phase)
         return np.broadcast_to(change, (points,)), np.broadcast_to(rate, (points,))
 

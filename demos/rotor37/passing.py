@@ -38,7 +38,8 @@ falls, comes_back = (turns(row) for row in rows if row["event"] == "fold in omeg
 print(f"largest amplitude {1e3 * float(highest['amplitude_m']):.3f} mm at {turns(highest):.0f} rpm")
 print(f"falls at {falls:.0f} rpm, comes back at {comes_back:.0f} rpm")
 
-assert {row["status"] for row in rows} == {"verified"}
+assert {row["status"] for row in rows} == {"converged"}  # linear kinematics are never verified
+assert all("kinematics are linear" in row["reason"] and row["stability"] for row in rows)
 assert max(float(row["energy_balance"]) for row in rows) < 1e-9
 assert 17700 < turns(highest) < 17770
 assert 17690 < comes_back < 17730 < falls < 17800

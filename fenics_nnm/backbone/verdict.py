@@ -238,7 +238,9 @@ def _judged(
 def _verdict(point: BranchPoint, place: _Place, evidence: _Evidence, *, massless: bool) -> Verdict:
     """The status of a point, and the reason for any but the best."""
     doubt = "" if point.is_linear else _doubt(point, evidence) if massless else WITH_MASS
-    failure = _failure(point, evidence.followed) or _too_far_off(point, confirmed=not doubt)
+    failure = _failure(point, evidence.followed)
+    if not failure and not place.inside:  # of those inside a resonance no frequency is trusted
+        failure = _too_far_off(point, confirmed=not doubt)
     if failure:
         return Verdict(FAILED, failure, place.resonance, family=place.family)
     status, reason = CONVERGED if doubt else VERIFIED, doubt

@@ -45,7 +45,7 @@ def frequencies(modes: int, spring: dict[str, Any]) -> np.ndarray:
         patch.setattr(
             sys.modules["fenics_nnm.backbone.follow"],
             "judged",
-            lambda model, series, points, **_: Judgement(tuple(points), Bifurcations()),
+            lambda model, series, found, **_: Judgement(found.points, Bifurcations()),
         )
         branch = nonlinear_mode(study, analysis)
     assert branch.complete, branch.reason

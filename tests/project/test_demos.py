@@ -30,7 +30,16 @@ def run_demo(monkeypatch: pytest.MonkeyPatch, name: str) -> Path:
 def table(folder: Path) -> dict[str, np.ndarray]:
     with (folder / "backbone.csv").open() as file:
         rows = list(csv.DictReader(file))
-    texts = ("status", "resonance", "skipped", "event", "stability", "reason")
+    texts = (
+        "status",
+        "resonance",
+        "skipped",
+        "event",
+        "stability",
+        "reason",
+        "confirmed",
+        "family",
+    )
     return {key: np.array([float(row[key]) for row in rows]) for key in rows[0] if key not in texts}
 
 
@@ -122,7 +131,9 @@ def test_rod(monkeypatch: pytest.MonkeyPatch) -> None:
     beyond = fine["gamma_ratio"] > 1.01
     assert error[beyond & (status != "inside resonance")].max() < 3e-3
     assert error[beyond & (status == "inside resonance")].min() > 1.5e-3
-    assert set(status[beyond]) == {"converged", "inside resonance"}
+    # of one point just beyond first contact an error above 1 % is expected, which it has not
+    assert fine["gamma_ratio"][status == "failed"] == pytest.approx([1.1])
+    assert set(status[beyond]) == {"converged", "inside resonance", "failed"}
     assert set(status[~beyond]) == {"verified"}
     assert set(statuses(results / "paper")) == {"verified", "failed"}
     assert np.all(fine["rayleigh_frequency_Hz"] <= fine["frequency_Hz"] * (1 + 1e-12))

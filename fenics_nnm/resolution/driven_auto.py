@@ -157,8 +157,9 @@ def _tried(models: _Models, finer: Finer, at: Resolution) -> DrivenChoice:
     at = replace(at, modes=models.most(at.modes))
     study = models.study.with_resolution(at)
     linear, structure = models.of(at.modes)
-    more = models.more(at.modes) if "modes" in finer.free else None
-    if more is None:
+    wanted = models.study.reduction.modes == "auto"  # those that cannot be raised have an error too
+    more = models.more(at.modes) if wanted else None
+    if wanted and more is None:
         finer.has_all_modes(at.modes)
         finer.limits["modes"] = f"no more than {at.modes} leave contact points that can move"
     with models.stages.stage("accuracy"):

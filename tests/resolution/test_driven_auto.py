@@ -11,7 +11,8 @@ from conftest import ROD, Ended, changed
 from mpi4py import MPI
 
 from fenics_nnm.mechanics.fourier import FourierSeries
-from fenics_nnm.resolution.driven_auto import DrivenChoice, driven_choice
+from fenics_nnm.resolution.driven_auto import DrivenChoice, _Models, _tried, driven_choice
+from fenics_nnm.resolution.finer import Finer
 from fenics_nnm.response.judge import Unjudged
 from fenics_nnm.response.levels import CurveEnd, Response, response
 from fenics_nnm.response.phase_resonance import damped_backbone
@@ -19,6 +20,7 @@ from fenics_nnm.response.point import Judgement, Status
 from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import study_from
+from fenics_nnm.study.resolution import Resolution
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -58,6 +60,15 @@ def test_resonance_is_as_near_to_that_of_many_harmonics_as_is_said(chosen: Drive
     assert abs(resonance(chosen.structure, numbers.harmonics) / known - 1) < 2e-3
     line = chosen.line(Response(()))
     assert f"harmonics = {numbers.harmonics}" in line and "tolerance 0.002 is met" in line
+
+
+def test_error_of_modes_counts_where_they_cannot_be_raised() -> None:
+    study = study_from(AUTO, Path("study.toml"))
+    finer = Finer(study, limits={"modes": "the largest number tried is 2"})
+    finer.free.remove("modes")
+    tried = _tried(_Models(study, MPI.COMM_SELF, Stages()), finer, Resolution(3, 24, 2))
+    assert tried.expected is not None and tried.expected.modes > 2e-3
+    assert "is not met: modes: the largest number tried is 2" in tried.line(Response(()))
 
 
 def test_tolerance_is_not_met_where_a_motion_failed(chosen: DrivenChoice) -> None:

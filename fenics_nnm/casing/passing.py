@@ -14,10 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array, Complex
+from fenics_nnm.casing.frame import Frame
 from fenics_nnm.casing.surface import Surface
 
 #: Places of a turn, over the number of harmonics, at which gaps are measured.
 _PLACES = 4
+
+#: Axes that differ in direction by less than this angle in radians are parallel.
+_PARALLEL = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +46,13 @@ class Turning:
     def places(self, points: Array, angle: float) -> Array:
         """Points (n, 3) after a turn by an angle in radians."""
         return self.turned(points - self.origin, angle) + self.origin
+
+    def is_about(self, frame: Frame, near: float) -> bool:
+        """Whether the axis of a frame is that of the turn, to a distance in m."""
+        unit = self.axis / np.linalg.norm(self.axis)
+        tilt = np.linalg.norm(np.cross(unit, frame.unit))
+        away = np.linalg.norm(np.cross(unit, frame.origin - self.origin))
+        return bool(tilt <= _PARALLEL and away <= near)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from fenics_nnm.casing import (
     Turning,
     read_radii,
 )
+from fenics_nnm.errors import GeometryError
 from fenics_nnm.study.messages import shown
 from fenics_nnm.study.record import (
     Coordinate,
@@ -49,6 +50,9 @@ _SHAPES = '"cylinder", "cone", "lobed", "table" or "plane"'
 #: Harmonics of the passing of lobes that gaps may have: those above one follow from directions
 #: that are not radial.
 _LOBE_HARMONICS = 8
+
+#: The axis of lobes that pass is that of the rotation to this part of their amplitude.
+_CENTRED = 1e-3
 
 _RADIUS = "radius at the origin in m, positive"
 
@@ -139,11 +143,15 @@ class _Round(AnyCasing):
     def _about(self, frame: Frame) -> Surface:
         """The surface with the body inside."""
 
+    @property
+    def _frame(self) -> Frame:
+        """Its axis, and where angles begin."""
+        zero = _in_space(axis_vector(self._zero)) if self._zero else None
+        return Frame(_in_space(self.origin or ()), _in_space(axis_vector(self.axis)), zero)
+
     def surface(self) -> Surface:
         """The surface about its axis."""
-        zero = _in_space(axis_vector(self._zero)) if self._zero else None
-        frame = Frame(_in_space(self.origin or ()), _in_space(axis_vector(self.axis)), zero)
-        inside = self._about(frame)
+        inside = self._about(self._frame)
         return Reversed(inside) if self.body == "outside" else inside
 
 
@@ -262,6 +270,19 @@ class LobedSection(TurningCasing):
     @property
     def _order(self) -> int:
         return self.lobes
+
+    def passing(self, turning: Turning) -> Passing:
+        """As `AnyCasing.passing`; lobes about another axis do not come by evenly.
+
+        Raises:
+            GeometryError: if they do not, and as `surface`.
+        """
+        if self.frame == "fixed" and not turning.is_about(self._frame, _CENTRED * self.amplitude):
+            raise GeometryError(
+                'shape = "lobed" with frame = "fixed": axis and origin must be those of '
+                '[rotation]; about another axis needs shape = "table"'
+            )
+        return super().passing(turning)
 
     def _multiples(self) -> range:
         return range(self.lobes, _LOBE_HARMONICS * self.lobes + 1, self.lobes)

@@ -288,6 +288,7 @@ def test_plate_is_driven_by_the_lobes_alone(tmp_path: Path) -> None:
     [
         ({"rotation": None}, ['casing.frame = "fixed"', "rotation.speed"]),
         ({"contact": {"direction": "casing", "axis": None}}, ['direction = "casing"', '"radial"']),
+        ({"contact": {"casing": {"origin": [1e-5, 0.0]}}}, ["contact.casing", "[rotation]"]),
         ({"contact": {"casing": {"amplitude": 1e-5}}}, ["nothing moves the structure"]),
         ({"body": {"kinematics": "second-order"}}, ['kinematics = "second-order"']),
     ],

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import logging
 import shutil
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from fenics_nnm.errors import OutputError, StudyError
+from fenics_nnm.response.levels import Response
 from fenics_nnm.results import owner, response_file
+from fenics_nnm.results.header import BranchHeader
 from fenics_nnm.results.owner import OwnerState
 from fenics_nnm.results.response_file import NAME, StoredResponse
 
@@ -115,11 +118,24 @@ def stored(folder: Path, but: Path | None = None) -> list[tuple[Path, StoredResp
     return [pair for pair in found if pair[1].found.levels]
 
 
-def remove_interrupted(folder: Path) -> None:
-    """Remove what interrupted responses left, once another one has gone on from it."""
+def remove_interrupted(folder: Path, found: Response, same: Callable[[BranchHeader], bool]) -> None:
+    """Remove what interrupted responses left, where all their levels are in a new one.
+
+    Args:
+        folder: Folder of the results.
+        found: The new response.
+        same: Whether a header is that of the same study.
+    """
     for path in interrupted(folder):
-        if owner.state_of(path) is OwnerState.GONE:
+        if owner.state_of(path) is not OwnerState.GONE:
+            continue
+        stored = _read(path / NAME)
+        if not _levels_in(path) or (stored and same(stored.header) and _has(found, stored.found)):
             _remove(path)
+
+
+def _has(found: Response, other: Response) -> bool:
+    return set(other.levels) <= set(found.levels)
 
 
 def report(folder: Path, but: Path) -> None:

@@ -43,7 +43,7 @@ def going_on(
     Raises:
         StudyError: if there are responses of other studies alone; the line names what differs.
     """
-    differences = [_difference(each.header, header) for _, each in found]
+    differences = [study_difference(each.header, header) for _, each in found]
     for pair, reason in zip(found, differences, strict=True):
         if not reason:
             return pair
@@ -93,7 +93,7 @@ def _signs(stored: StoredResponse, model: ReducedModel, watched: Watched) -> Arr
     return np.where(np.einsum("ij,ij->j", before, now) < 0, -1.0, 1.0)
 
 
-def _difference(stored: BranchHeader, wanted: BranchHeader) -> str:
+def study_difference(stored: BranchHeader, wanted: BranchHeader) -> str:
     """The first key in which two studies differ, or the first file that has changed; or nothing."""
     reason = difference(stored.study, wanted.study, _leaves)
     if reason:

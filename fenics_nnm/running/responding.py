@@ -28,7 +28,12 @@ from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.results import response_file, response_folder
 from fenics_nnm.results.header import BranchHeader
 from fenics_nnm.results.response_folder import Workplace
-from fenics_nnm.results.response_resume import going_on, known_levels, numbers_of
+from fenics_nnm.results.response_resume import (
+    going_on,
+    known_levels,
+    numbers_of,
+    study_difference,
+)
 from fenics_nnm.running.run_summary import versions
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.driven import assert_drivable, driven_motions, reported_frequencies
@@ -101,7 +106,7 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
             lines = [*_lines(missing, found), *notes]
             on_root(comm, response_file.finish, place.file, found, lines)
             _write_fields(job, place, linear, header, found, structure.gap_motion)
-            on_root(comm, _publish, job, place, structure, found)
+            on_root(comm, _publish, job, place, structure, header, found)
     return Responded(structure, found, notes, missing)
 
 
@@ -232,11 +237,19 @@ def _notes(chosen: DrivenChoice, found: Response) -> tuple[str, ...]:
 
 
 def _publish(
-    job: ResponseJob, place: Workplace, structure: DrivenStructure, found: Response
+    job: ResponseJob,
+    place: Workplace,
+    structure: DrivenStructure,
+    header: BranchHeader,
+    found: Response,
 ) -> None:
     """Write tables and picture, and move all results to their folder."""
+
+    def same(stored: BranchHeader) -> bool:
+        return not study_difference(stored, header)
+
     with uninterrupted():
         write_response(place.results, structure.monitors, found, title=job.study.title)
         if job.resume:
-            response_folder.remove_interrupted(place.results)
+            response_folder.remove_interrupted(place.results, found, same)
         place.publish()

@@ -54,13 +54,16 @@ def _chosen(
     own = found.only((level,))
     if place is not None:
         branch, number = place
-        points = [point for point in own.points if point.branch == branch and point.found]
+        points = [point for point in own.points if point.branch == branch]
         if not 1 <= number <= len(points):
             raise StudyError(
                 f"--point {branch}:{number}: level {level:g} has {len(points)} motions on branch "
                 f"{branch}"
             )
-        return number, points[number - 1]
+        chosen = points[number - 1]
+        if not chosen.found:
+            raise StudyError(f"--point {branch}:{number}: is no motion: {chosen.reason}")
+        return number, chosen
     near = [own.points[each] for each in nearest(own, frequency, (level,))]
     if not near:
         raise StudyError(f"--start: level {level:g} of the response has no motions")

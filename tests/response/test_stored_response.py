@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,12 @@ import pytest
 from conftest import ROD, Ended
 from written_fields import frames
 
+from fenics_nnm.errors import StudyError
 from fenics_nnm.response import levels
+from fenics_nnm.response.point import Judgement, Status
 from fenics_nnm.response.reported import absent
 from fenics_nnm.results import response_file
+from fenics_nnm.results.response_start import _chosen
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -148,6 +152,21 @@ def test_stored_motion_goes_on_in_time(stop: StudyFile, command: Command) -> Non
         command("simulate", study, "--frequency", "0.16", *options).assert_one_line(2, *words)
 
 
+def test_motions_have_the_numbers_of_the_table(stop: StudyFile, command: Command) -> None:
+    """Those without a motion count, and none starts from them."""
+    assert command("response", stop(response={"levels": [0.1]}), "--output", "out").code == 0
+    stored = response_file.read(Path("out/response.h5"))
+    failed = Judgement(Status.FAILED, "stuck")
+    first, *others = stored.found.points
+    nowhere = replace(first.displacements, first=first.displacements.first * np.nan)
+    lost = replace(first, judgement=failed, displacements=nowhere)
+    found = replace(stored.found, points=(lost, *others))
+    chosen = _chosen(replace(stored, found=found), first.frequency, 0.1, (first.branch, 2))
+    assert chosen == (2, others[0])
+    with pytest.raises(StudyError, match="--point 1:1: is no motion: stuck"):
+        _chosen(replace(stored, found=found), first.frequency, 0.1, (first.branch, 1))
+
+
 def test_interrupted_response_goes_on(
     stop: StudyFile, command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -167,17 +186,21 @@ def test_interrupted_response_goes_on(
     ended = command("response", study, "--output", "out")
     assert ended.code != 0 and "1 level is in out/.response-1; --resume" in ended.err
     assert not Path("out/response.csv").exists()
-    command(
-        "response", stop(damping={"ratio": 0.03}), "--output", "out", "--resume"
-    ).assert_one_line(2, "is of another study", "damping.ratio was 0.02 and is 0.03 now")
+    other = ("response", stop(damping={"ratio": 0.03}, response={"levels": [0.1]}))
+    command(*other, "--output", "out", "--resume").assert_one_line(
+        2, "is of another study", "damping.ratio was 0.02 and is 0.03 now"
+    )
+    for option in ([], ["--resume"]):  # what a response of another study left stays
+        assert command(*other, "--output", "out", *option).code == 0
+    assert len(list(Path("out/.response-1/response.levels").iterdir())) == 1
     assert command("response", stop(), "--output", "out", "--resume").code == 0
-    assert solved == [0.025, "interrupted", 0.05]
+    assert solved == [0.025, "interrupted", pytest.approx(0.005), 0.05]
     for name in ("response.csv", "response.png"):
         assert Path("out", name).read_bytes() == Path("whole", name).read_bytes()
     assert not list(Path("out").glob(".response*"))
     more = stop(response={"levels": [1.0, 0.25, 0.5]})  # of the finished one
     assert command("response", more, "--output", "out", "--resume").code == 0
-    assert solved[3:] == [0.0125]
+    assert solved[4:] == [0.0125]
     found = response_file.read(Path("out/response.h5")).found
     assert found.levels == (1.0, 0.25, 0.5)
 

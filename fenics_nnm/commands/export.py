@@ -152,7 +152,8 @@ def _numbers(option: str, given: Sequence[float] | None) -> Sequence[float]:
         raise StudyError(f"--{option}: is missing: which points are wanted")
     for value in given:
         if not math.isfinite(value) or (option == "at" and value <= 0):
-            raise StudyError(f"--{option} {value}: must be a number")
+            right = "positive" if option == "at" else "a number"
+            raise StudyError(f"--{option} {value}: must be {right}")
     return given
 
 

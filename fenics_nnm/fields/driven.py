@@ -46,13 +46,13 @@ def of_response(
         numbers: Those that files are wanted of.
         gap_motion: How gaps move at level 1.
     """
-    passed: Counter[tuple[float, str]] = Counter()
+    passed: Counter[tuple[str, str]] = Counter()
     named = []
     for number in numbers:
         point = points[number]
         level, frequency = f"{point.level:g}", f"{point.frequency:.6g}"
-        passed[point.level, frequency] += 1
-        again = passed[point.level, frequency]
+        passed[level, frequency] += 1
+        again = passed[level, frequency]
         passing = f" passing{again}" if again > 1 else ""
         words = f"level {level}, {frequency} Hz"
         moved = gap_motion.scaled(point.level)

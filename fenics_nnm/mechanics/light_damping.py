@@ -19,6 +19,9 @@ import numpy as np
 from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.mechanics.fourier import Series
 
+#: A force whose work is below this part of what it may be at most is across the motion.
+_NOTHING = 1e-9
+
 #: Of the coefficients of cosine and sine of a harmonic.
 _PHASES = np.array([1.0, -1j])
 
@@ -70,7 +73,8 @@ class LightDamping:
         kinetic = float(series.mean_square @ np.sum(speed**2, axis=1)) / 2
         own = q[series.order == self.harmonic]
         met = float(np.abs(self.push.conj() @ (own.T @ _PHASES[: len(own)])))
-        given = self.harmonic * omega * met / 2
+        least = _NOTHING * float(np.linalg.norm(self.push) * np.linalg.norm(own))
+        given = self.harmonic * omega * met / 2 if met > least else 0.0
         return Sustained(
             ratio=power / (4 * omega * kinetic) if kinetic else float("nan"),
             force=self.size * power / given if given else float("nan"),

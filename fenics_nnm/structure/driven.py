@@ -158,8 +158,10 @@ def driven_motions(
             on_level=on_level,
             on_progress=stages.report,
         )
-    same = known and known.backbone.points and set(known.levels) == set(found.levels)
-    backbone = known.backbone if known and same else _backbone(study, structure, series, stages)
+    if study.response.backbone and known and _has_backbone_of(known, found):
+        backbone = known.backbone
+    else:
+        backbone = _backbone(study, structure, series, stages)
     with stages.stage("other pieces"):
         found = with_isolas(
             structure,
@@ -171,6 +173,11 @@ def driven_motions(
     with stages.stage("in time"):
         found = replace(found, instead=tuple(_instead(structure, found, stages)))
     return _at_speeds(found, speed_per_hertz(study))
+
+
+def _has_backbone_of(known: Response, found: Response) -> bool:
+    """Whether the damped backbone that was found before is that of all levels."""
+    return bool(known.backbone.points) and set(known.levels) == set(found.levels)
 
 
 def _instead(structure: DrivenStructure, found: Response, stages: Stages) -> Iterator[Instead]:

@@ -28,6 +28,14 @@ def test_linear_mode_at_any_phase() -> None:
     assert found.force == pytest.approx(2 * ratio * omega**2 * 0.2 / 0.5, rel=1e-12)
 
 
+def test_force_across_the_motion_keeps_nothing_up() -> None:
+    series = FourierSeries(1, 8)
+    q = np.zeros((3, 2))
+    q[series.order == 1] = [[0.1, 0.3], [0.2, 0.6]]
+    across = np.array([3.0, -1.0]) * (1 + 1e-15) + 0j
+    assert np.isnan(LightDamping(np.eye(2), np.zeros((2, 2)), across, 1.0).of(series, q, 2.0).force)
+
+
 def test_loss_factor_is_twice_the_ratio_of_each_harmonic_over_its_number() -> None:
     """H = eta omega^2 takes pi H |q_n|^2 of energy in each turn of a harmonic."""
     series, omega = FourierSeries(2, 16), 3.0

@@ -72,3 +72,23 @@ class Rising:
                 "head by another quantity"
             )
         return first.turned() if (slope > 0) == self.falls else first
+
+
+@dataclass(frozen=True, slots=True)
+class Away:
+    """The way that leads away from another motion nearby.
+
+    Attributes:
+        behind: The other motion.
+    """
+
+    behind: Unknowns
+
+    def first(self, problem: Problem, start: Solution) -> CurvePoint:
+        """A motion with the tangent that leads away from the other one."""
+        equations = problem.about(start.omega)
+        metric = Metric.about(equations, start.at)
+        _, vectors = null_space(equations, metric, start)
+        first = curve_point(equations, start, vectors[0])
+        ahead = first.tangent @ first.metric.between(self.behind, start.at)
+        return first.turned() if ahead < 0 else first

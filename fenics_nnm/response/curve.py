@@ -47,6 +47,9 @@ _SHORT_STEPS = Newton(
 #: A curve closes where its start is beside a step by less than this part of it.
 _BESIDE = 0.2
 
+#: A wanted frequency this near to the end of a step, over it, is that of the end.
+_ABOVE = 1 + 1e-9
+
 #: Motions at one frequency that differ by less than this part of their size are the same.
 _SAME = 1e-6
 
@@ -231,7 +234,8 @@ class Follower:
     def _between(self, segment: Segment) -> Iterator[Solution]:
         """Motions at the wanted frequencies between two points of the trace."""
         low, high = segment.first.solution.omega, segment.second.solution.omega
-        inside = self.omega[(self.omega - low) * (self.omega - high) < 0]
+        least, most = sorted((low, high))
+        inside = self.omega[(self.omega > least * _ABOVE) & (self.omega < most / _ABOVE)]
         for omega in inside if high > low else inside[::-1]:
             found = _at_frequency(segment, float(omega))
             if found is not None:

@@ -18,7 +18,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import CurvePoint, Problem
 from fenics_nnm.continuation.events import BRANCH_POINT, EventTest
-from fenics_nnm.continuation.heading import Rising
+from fenics_nnm.continuation.heading import Away, Heading, Rising
 from fenics_nnm.continuation.trace import End, Trace, TracePoint, trace
 from fenics_nnm.continuation.trace_options import ArcLength, Bound, Range
 from fenics_nnm.mechanics.fourier import FourierSeries
@@ -205,7 +205,7 @@ class ResonanceFollower:
             why = start.failure or f"only one at level {LEVEL.value(start):.6g}"
             where = f"beyond level {linear.grazing:.6g} no motion was found: {why}"
             return DampedBackbone((), (where,))
-        near, steps = self._near(linear, start), self._trace(start)
+        near, steps = self._near(linear, start), self._trace(start, self._heading(linear))
         found = tuple(self._point(each) for each in near.values() if each.converged)
         lost = [f"level {level:g}: {each.failure}" for level, each in near.items() if each.failure]
         points = (*found, *self._followed(steps))
@@ -270,12 +270,18 @@ class ResonanceFollower:
             if low < level < high and not self.structure.forces
         }
 
-    def _trace(self, start: Solution) -> Trace:
+    def _heading(self, linear: LinearResonance) -> Heading:
+        """Away from first contact, where the energy may rise to either side; else up in energy."""
+        if self.structure.forces:
+            return Rising(GAMMA)
+        return Away(linear.at_level(linear.grazing))
+
+    def _trace(self, start: Solution, heading: Heading) -> Trace:
         lowest, top = _FALLS_TO * LEVEL.value(start), _RISES_TO * self.highest
         return trace(
             Problem.of(self.equations, self.options.newton),
             start,
-            Rising(GAMMA),
+            heading,
             options=self.options,
             bounds=(
                 Bound(LEVEL, Range(lowest, top, self.levels)),

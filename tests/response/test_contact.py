@@ -17,6 +17,7 @@ from fenics_nnm.mechanics.hysteretic import HystereticPart
 from fenics_nnm.mechanics.linear_part import RatedPart
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.response.curve import curve
+from fenics_nnm.response.judge import Unjudged
 from fenics_nnm.response.levels import Response, response
 from fenics_nnm.response.structure import Drive, DrivenStructure
 from fenics_nnm.structure.driven import driven_motions, driven_structure
@@ -110,6 +111,13 @@ def test_curve_that_does_not_arrive_says_where_it_ends() -> None:
     assert {point.branch for point in found.points} == {1, 2}
     first, second = ([p.omega for p in found.points if p.branch == n] for n in (1, 2))
     assert first[0] == pytest.approx(0.9) and second[0] == pytest.approx(1.4)
+
+
+def test_end_that_is_a_wanted_frequency_but_for_round_off_is_one_motion() -> None:
+    """Twice the same motion would look like a peak at the end."""
+    wanted = np.array([0.7, 0.8 - 1e-14, 0.8]) / (2 * np.pi)
+    points = curve(oscillator(), FourierSeries(4, 32), wanted, judge=Unjudged()).points
+    assert np.diff([point.frequency for point in points]).min() > 1e-6
 
 
 def test_piece_at_the_highest_frequency_is_followed_too() -> None:

@@ -113,6 +113,27 @@ def test_level_that_the_curve_passes_three_times_has_three_resonances() -> None:
     assert max(point.imbalance for point in points) < 1e-10
 
 
+def test_curve_leads_away_from_first_contact_where_the_energy_falls() -> None:
+    """Chain of five masses: from 1 % more than at first contact the energy falls to either side."""
+    squares, shapes = np.linalg.eigh(
+        1e4 * (2 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1)) - 1e4 * np.diag([0, 0, 0, 0, 1.0])
+    )
+    omega, end, lacking = (
+        np.sqrt(squares[:2]),
+        shapes[-1:, :2],
+        shapes[-1, 2:] ** 2 @ (1 / squares[2:]),
+    )
+    model = ReducedModel(omega, end, np.array([[lacking]]), np.array([1e-3]))
+    drive = Drive.simple(shapes[:1, :2], np.array([2.0 + 0j]))
+    structure = DrivenStructure.of(model, RatedPart(omega, np.diag(0.04 * omega)), drive)
+    series, range_ = FourierSeries(6, 64), np.array([3.5, 6.5])
+    found = damped_backbone(structure, series, range_, (0.1, 0.3), judge=Unjudged())
+    assert not found.reasons
+    assert at_level(found.points, 0.1).point.displacements.contact[0] == 0
+    touching = at_level(found.points, 0.3).point
+    assert touching.displacements.contact[0] > 0.07 and touching.frequency > 5
+
+
 def test_linear_resonances_are_where_the_force_lags_by_90_degrees() -> None:
     structure = two_modes(gap=100.0)
     found = damped_backbone(structure, FourierSeries(2, 16), hertz(0.5, 4.0), (1.0,))

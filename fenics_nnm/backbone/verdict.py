@@ -81,6 +81,10 @@ _VERIFIED_START_ENERGY_ALONE = 2e-3
 #: and of the reduction, whose sign is known and told.
 LARGEST_SERIES_ERROR, LARGEST_REDUCTION_ERROR = 0.01, 0.02
 
+#: That of the series is an order of magnitude where its step leaves more of the defect than this
+#: part, and is then to be so many times larger.
+_UNSURE, _ORDER = 0.5, 10
+
 #: Why points of models without an integration in time are not verified.
 WITH_MASS = "contact points carry mass: there is no motion in time to compare with"
 
@@ -280,7 +284,8 @@ def _too_far_off(point: BranchPoint, *, confirmed: bool) -> str:
     if series is None or confirmed or point.orbit:
         return ""
     discrete = abs(series.harmonics) + abs(series.samples)
-    if discrete > LARGEST_SERIES_ERROR:
+    largest = LARGEST_SERIES_ERROR * (_ORDER if series.remainder > _UNSURE else 1)
+    if discrete > largest:
         return f"its harmonics and samples are expected to put its frequency off by {discrete:.1%}"
     return ""
 

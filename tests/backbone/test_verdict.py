@@ -149,12 +149,19 @@ def test_no_point_is_trusted_that_is_expected_to_be_far_off() -> None:
     assert verdict(replace(point, expected=off)).status == "verified"
     assert not contradicted(found)
     assert contradicted(verdict(with_balance(replace(late, expected=off), virial_error=1e-4)))
-    near = replace(point.expected, series=SeriesError(0.004, -0.005, 100.0))
-    assert verdict(replace(late, expected=near), shooting=False).status == "converged"
-    for series in (True, False):
-        found = verdict(with_reduction_error(point, 0.021), shooting=series)
+    for error, remainder, status in (
+        (0.009, 0.1, "converged"),
+        (0.011, 0.1, "failed"),
+        (0.09, 0.6, "converged"),  # no more than an order of magnitude
+        (0.11, 0.6, "failed"),
+    ):
+        series = SeriesError(error - 0.005, -0.005, remainder)
+        near = replace(late, expected=replace(point.expected, series=series))
+        assert verdict(near, shooting=False).status == status
+    for shooting in (True, False):
+        found = verdict(with_reduction_error(point, 0.021), shooting=shooting)
         assert (found.status, found.confirmed) == ("failed", False)
-        found = verdict(with_reduction_error(point, 0.019), shooting=series)
+        found = verdict(with_reduction_error(point, 0.019), shooting=shooting)
         assert (found.status, found.confirmed) == ("converged", False)
 
 

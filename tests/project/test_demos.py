@@ -131,9 +131,7 @@ def test_rod(monkeypatch: pytest.MonkeyPatch) -> None:
     beyond = fine["gamma_ratio"] > 1.01
     assert error[beyond & (status != "inside resonance")].max() < 3e-3
     assert error[beyond & (status == "inside resonance")].min() > 1.5e-3
-    # of one point just beyond first contact an error above 1 % is expected, which it has not
-    assert fine["gamma_ratio"][status == "failed"] == pytest.approx([1.1])
-    assert set(status[beyond]) == {"converged", "inside resonance", "failed"}
+    assert set(status[beyond]) == {"converged", "inside resonance"}
     assert set(status[~beyond]) == {"verified"}
     assert set(statuses(results / "paper")) == {"verified", "failed"}
     assert np.all(fine["rayleigh_frequency_Hz"] <= fine["frequency_Hz"] * (1 + 1e-12))

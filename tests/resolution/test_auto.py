@@ -213,7 +213,9 @@ def test_points_that_are_not_trusted_meet_no_tolerance() -> None:
 
     def doubt(*points: tuple[str, float]) -> str:
         made = [
-            SimpleNamespace(status=status, motion=SimpleNamespace(contact_fraction=part))
+            SimpleNamespace(
+                status=status, motion=SimpleNamespace(contact_fraction=part), returned=None
+            )
             for status, part in points
         ]
         return doubt_of(cast(Branch, SimpleNamespace(points=made)))

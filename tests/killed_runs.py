@@ -101,7 +101,8 @@ def assert_all_open(folder: Path) -> None:
 #: Forks a child for each run, after imports that take longer than it does, and says how it ended.
 FORKING = """
 import json, os, signal, sys, time
-import fenics_nnm.running.following
+import fenics_nnm.progress, fenics_nnm.run, fenics_nnm.running.following
+import fenics_nnm.commands.lasting_console, fenics_nnm.study.reading
 from fenics_nnm.cli import main
 
 store = fenics_nnm.running.following.store

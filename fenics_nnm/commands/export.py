@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from fenics_nnm.commands.shared import (
     DONE,
@@ -22,6 +22,9 @@ from fenics_nnm.field_names import DEFAULT_FIELDS, FIELDS, LEAST_FRAMES, FieldNa
 
 if TYPE_CHECKING:
     from fenics_nnm.backbone.point import BranchPoint
+    from fenics_nnm.response.point import ResponsePoint
+
+Found = TypeVar("Found")
 
 #: Fields that have to be asked for.
 _LEFT_OUT = [name for name in FIELDS if name not in DEFAULT_FIELDS]
@@ -82,49 +85,47 @@ def _export(arguments: argparse.Namespace) -> int:
 
 
 def _export_branch(arguments: argparse.Namespace) -> int:
-    from mpi4py import MPI
-
     from fenics_nnm.fields.export import export
 
     ratios = _numbers("gamma", arguments.gamma)
-    fields, given, comm = _fields(arguments.fields), arguments.branch, MPI.COMM_WORLD
-    file = given / "branch.h5" if given.is_dir() else given
-    folder = arguments.output or file.with_name("export")
-    console = console_of(comm)
-    with stages_of(console, arguments) as stages, stages.stage("output"):
-        found = export(
-            file,
-            folder,
-            ratios,
-            fields=fields,
-            frames=arguments.frames,
-            comm=comm,
-            on_progress=stages.report,
-        )
-    for point in found:
-        show(console, _line(point))
-    show(console, f"files in {folder}")
+    found = _written(arguments, "branch.h5", export, ratios, _line)
     far = _far(ratios, [point.gamma_ratio for point in found])
-    for ratio, near in far:
-        show(console, f"--gamma {ratio:g}: no such point, the nearest has gamma ratio {near:g}")
-    return INCOMPLETE if far else DONE
+    return _ended(
+        [
+            f"--gamma {ratio:g}: no such point, the nearest has gamma ratio {near:g}"
+            for ratio, near in far
+        ]
+    )
 
 
 def _export_response(arguments: argparse.Namespace) -> int:
-    from mpi4py import MPI
-
     from fenics_nnm.fields.export import AtFrequencies, export_response
     from fenics_nnm.results.response_file import NAME
 
     if arguments.gamma is not None:
         raise StudyError("--gamma: is for a run: of a response name frequencies in Hz by --at")
     wanted = AtFrequencies(_numbers("at", arguments.at), arguments.level)
+    found = _written(arguments, NAME, export_response, wanted, _line_of_response)
+    far = _far(wanted.frequencies, [point.frequency for point in found])
+    return _ended([f"--at {at:g}: no such motion, the nearest has {near:g} Hz" for at, near in far])
+
+
+def _written(
+    arguments: argparse.Namespace,
+    name: str,
+    write: Callable[..., list[Found]],
+    wanted: Any,
+    line: Callable[[Found], str],
+) -> list[Found]:
+    """Write what is wanted of a file of results, of this name in its folder, and list it."""
+    from mpi4py import MPI
+
     fields, given, comm = _fields(arguments.fields), arguments.branch, MPI.COMM_WORLD
-    file = given / NAME if given.is_dir() else given
+    file = given / name if given.is_dir() else given
     folder = arguments.output or file.with_name("export")
     console = console_of(comm)
     with stages_of(console, arguments) as stages, stages.stage("output"):
-        found = export_response(
+        found = write(
             file,
             folder,
             wanted,
@@ -134,12 +135,19 @@ def _export_response(arguments: argparse.Namespace) -> int:
             on_progress=stages.report,
         )
     for point in found:
-        show(console, f"level {point.level:g}, {point.frequency:.6g} Hz: {point.status}")
+        show(console, line(point))
     show(console, f"files in {folder}")
-    far = _far(wanted.frequencies, [point.frequency for point in found])
-    for frequency, near in far:
-        show(console, f"--at {frequency:g}: no such motion, the nearest has {near:g} Hz")
-    return INCOMPLETE if far else DONE
+    return found
+
+
+def _ended(missing: Sequence[str]) -> int:
+    """Say what is not there as it was asked for."""
+    from mpi4py import MPI
+
+    console = console_of(MPI.COMM_WORLD)
+    for line in missing:
+        show(console, line)
+    return INCOMPLETE if missing else DONE
 
 
 def _numbers(option: str, given: Sequence[float] | None) -> Sequence[float]:
@@ -169,6 +177,10 @@ def _far(wanted: Sequence[float], found: Sequence[float]) -> list[tuple[float, f
     """Gamma ratios of which no point is near, each with that of the nearest point."""
     pairs = [(ratio, min(found, key=lambda have: abs(have - ratio))) for ratio in wanted]
     return [(a, b) for a, b in pairs if abs(b - a) > _TOLERANCE * abs(a)]
+
+
+def _line_of_response(point: ResponsePoint) -> str:
+    return f"level {point.level:g}, {point.frequency:.6g} Hz: {point.status}"
 
 
 def _line(point: BranchPoint) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -24,7 +25,7 @@ class Pairs:
     place: Indices
 
     @classmethod
-    def of(cls, count: int) -> Pairs:
+    def of(cls, count: int) -> Self:
         """Pairs of so many."""
         first, second = np.triu_indices(count)
         place = np.zeros((count, count), dtype=np.int64)

@@ -80,10 +80,23 @@ def make_pictures(
         OutputError: if there is no branch to draw, or the pictures cannot be written.
     """
     found = read_results(results)
+
+    def drawn() -> tuple[Picture, ...]:
+        plots = [saved(plot, folder, formats) for make in _PLOTS for plot in make(found)]
+        return (*plots, *draw(body_plans(found), folder))
+
+    return drawn_in(folder, drawn)
+
+
+def drawn_in(folder: Path, draw_all: Callable[[], tuple[Picture, ...]]) -> tuple[Picture, ...]:
+    """Pictures in a folder, made if need be, with the list of them.
+
+    Raises:
+        OutputError: if something cannot be written.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        plots = [_saved(plot, folder, formats) for make in _PLOTS for plot in make(found)]
-        pictures = (*plots, *draw(body_plans(found), folder))
+        pictures = draw_all()
         write_manifest(folder, pictures)
     except OSError as error:
         raise OutputError(
@@ -123,7 +136,7 @@ def draw(plans: Sequence[Plan], folder: Path) -> list[Picture]:
         logger.warning("pictures of the body are left out, as they cannot be drawn: %s", error)
         return []
     return [
-        _saved(plan.finish([next(images) for _ in plan.scenes]), folder, _OF_BODIES)
+        saved(plan.finish([next(images) for _ in plan.scenes]), folder, _OF_BODIES)
         for plan in plans
     ]
 
@@ -138,6 +151,7 @@ def write_manifest(folder: Path, pictures: Sequence[Picture]) -> None:
     (folder / MANIFEST).write_text(json.dumps(listed, indent=2) + "\n", "utf-8")
 
 
-def _saved(plot: Plot | Animation, folder: Path, formats: Sequence[str]) -> Picture:
+def saved(plot: Plot | Animation, folder: Path, formats: Sequence[str]) -> Picture:
+    """Save a picture in some formats, the first one that of `Picture.file`."""
     file, *also = plot.save(folder, formats)
     return Picture(file, plot.title, plot.caption, plot.group, tuple(also))

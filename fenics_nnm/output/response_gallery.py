@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fenics_nnm.errors import OutputError
-from fenics_nnm.output.gallery import Picture, write_manifest
+from fenics_nnm.output.gallery import Picture, drawn_in, saved
 from fenics_nnm.output.pictures.response import response_plot
 from fenics_nnm.output.pictures.style import Plot
 from fenics_nnm.response.levels import Response
@@ -28,16 +28,8 @@ def make_response_pictures(
     Raises:
         OutputError: if there is no response to draw, or the pictures cannot be written.
     """
-    stored = stored_response(results)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        pictures = tuple(_saved(plot, folder, formats) for plot in response_plots(stored))
-        write_manifest(folder, pictures)
-    except OSError as error:
-        raise OutputError(
-            f"{error.filename or folder}: cannot be written: {error.strerror or error}"
-        ) from error
-    return pictures
+    plots = response_plots(stored_response(results))
+    return drawn_in(folder, lambda: tuple(saved(plot, folder, formats) for plot in plots))
 
 
 def stored_response(results: Path) -> StoredResponse:
@@ -83,8 +75,3 @@ def _shown(found: Response, first: str) -> str:
     if len(found.levels) > 1:
         return f"of {first} at all levels of the forces."
     return "of the places that are watched and the contact point that moves most."
-
-
-def _saved(plot: Plot, folder: Path, formats: Sequence[str]) -> Picture:
-    file, *also = plot.save(folder, formats)
-    return Picture(file, plot.title, plot.caption, plot.group, tuple(also))

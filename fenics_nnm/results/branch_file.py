@@ -52,13 +52,12 @@ import numpy as np
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.blocks import Blocks, Data
-from fenics_nnm.files.bounds import check_hdf5
 from fenics_nnm.results import journal
 from fenics_nnm.results.durable import replacing
-from fenics_nnm.results.hdf5 import ONCE, Writing, add_blocks, assert_format, opened, reading
+from fenics_nnm.results.hdf5 import ONCE, Writing, add_blocks, opened, reading, sealed
 from fenics_nnm.results.header import BranchHeader, header_in, image
 from fenics_nnm.results.journal import Journal
-from fenics_nnm.results.seal import break_seal, check_seal, seal
+from fenics_nnm.results.seal import break_seal, seal
 from fenics_nnm.results.stored_point import (
     ARRAYS,
     SCALARS,
@@ -147,10 +146,7 @@ def read(path: Path) -> tuple[BranchHeader, tuple[BranchPoint, ...]]:
     """
     with reading(path):
         unfinished = journal.read(path)  # first, as a run may be just finishing
-        check_seal(path)
-        check_hdf5(path, fits=False)
-        with h5py.File(path, "r") as file:
-            assert_format(path, file, FORMAT)
+        with sealed(path, FORMAT) as file:
             points = [_point(group) for group in file["points"].values()] or unfinished
             latest = {point.position: point for point in points}
             return header_in(file), tuple(latest[place] for place in sorted(latest))
@@ -162,12 +158,8 @@ def study_text(path: Path) -> str:
     Raises:
         OutputError: if the file cannot be read or is of another kind.
     """
-    with reading(path):
-        check_seal(path)
-        check_hdf5(path, fits=False)
-        with h5py.File(path, "r") as file:
-            assert_format(path, file, FORMAT)
-            return str(file.attrs["study"])
+    with sealed(path, FORMAT) as file:
+        return str(file.attrs["study"])
 
 
 def _fill(path: Path, points: Sequence[BranchPoint], **attributes: str) -> None:

@@ -12,6 +12,8 @@ import numpy as np
 
 from fenics_nnm.errors import NonlinearModeError, OutputError
 from fenics_nnm.fem.blocks import Blocks
+from fenics_nnm.files.bounds import check_hdf5
+from fenics_nnm.results.seal import check_seal
 
 #: More bytes than HDF5 needs for a file as a whole.
 ONCE = 32768
@@ -42,7 +44,22 @@ def reading(path: Path) -> Iterator[None]:
         ) from error
 
 
-def assert_format(path: Path, file: h5py.File, kind: str) -> None:
+@contextmanager
+def sealed(path: Path, kind: str) -> Iterator[h5py.File]:
+    """The file of a format, to be read, if it is whole.
+
+    Raises:
+        OutputError: if it cannot be read or is of another kind.
+    """
+    with reading(path):
+        check_seal(path)
+        check_hdf5(path, fits=False)
+        with h5py.File(path, "r") as file:
+            _assert_format(path, file, kind)
+            yield file
+
+
+def _assert_format(path: Path, file: h5py.File, kind: str) -> None:
     """Refuse a file of another format, or of another version of it.
 
     Raises:

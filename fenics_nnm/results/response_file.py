@@ -38,14 +38,13 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.blocks import Data
-from fenics_nnm.files.bounds import check_hdf5
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.response.levels import Response
 from fenics_nnm.response.structure import Watched
 from fenics_nnm.results.durable import replacing, write_whole
-from fenics_nnm.results.hdf5 import ONCE, Writing, add_blocks, assert_format, opened, reading
+from fenics_nnm.results.hdf5 import ONCE, Writing, add_blocks, opened, sealed
 from fenics_nnm.results.header import BranchHeader, header_in, image
-from fenics_nnm.results.seal import break_seal, check_seal, seal
+from fenics_nnm.results.seal import break_seal, seal
 from fenics_nnm.results.stored_branch import StoredBranch, body_in
 from fenics_nnm.results.stored_response import (
     packed,
@@ -151,19 +150,14 @@ def read(path: Path) -> StoredResponse:
     Raises:
         OutputError: if the file cannot be read or is of another kind.
     """
-    with reading(path):
-        check_seal(path)
-        check_hdf5(path, fits=False)
-        with h5py.File(path, "r") as file:
-            assert_format(path, file, FORMAT)
-            lines = tuple(json.loads(file.attrs.get("lines", "[]")))
-            return StoredResponse(
-                header_in(file),
-                _watched(file["watched"]),
-                _found(path, file),
-                lines,
-                _gap_motion(file),
-            )
+    with sealed(path, FORMAT) as file:
+        return StoredResponse(
+            header_in(file),
+            _watched(file["watched"]),
+            _found(path, file),
+            tuple(json.loads(file.attrs.get("lines", "[]"))),
+            _gap_motion(file),
+        )
 
 
 def read_body(path: Path) -> StoredBranch:

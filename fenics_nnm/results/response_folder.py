@@ -6,7 +6,6 @@ Each level that is complete is in there, so that a response that is interrupted 
 from __future__ import annotations
 
 import logging
-import shutil
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from pathlib import Path
 from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.response.levels import Response
 from fenics_nnm.results import owner, response_file
+from fenics_nnm.results.durable import remove_any
 from fenics_nnm.results.header import BranchHeader
 from fenics_nnm.results.owner import OwnerState
 from fenics_nnm.results.response_file import NAME, StoredResponse
@@ -53,11 +53,11 @@ class Workplace:
             OSError: if it cannot be moved.
         """
         for name in _MOVED:
-            _remove(self.results / name)
+            remove_any(self.results / name)
             if (self.path / name).exists():
                 (self.path / name).replace(self.results / name)
         self.give_up()
-        _remove(self.path)
+        remove_any(self.path)
 
     def leave(self) -> str:
         """Give the folder up, and say where levels are that are complete; nothing without."""
@@ -65,7 +65,7 @@ class Workplace:
         levels = _levels_in(self.path)
         if levels:
             return f"{_counted(levels)} in {self.path}; --resume goes on from there"
-        _remove(self.path)
+        remove_any(self.path)
         with suppress(OSError):  # older results may be in it
             self.results.rmdir()
         return ""
@@ -131,7 +131,7 @@ def remove_interrupted(folder: Path, found: Response, same: Callable[[BranchHead
             continue
         stored = _read(path / NAME)
         if not _levels_in(path) or (stored and same(stored.header) and _has(found, stored.found)):
-            _remove(path)
+            remove_any(path)
 
 
 def _has(found: Response, other: Response) -> bool:
@@ -187,10 +187,3 @@ def _read(path: Path) -> StoredResponse | None:
     except OutputError as error:
         logger.warning("%s", error)
         return None
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)

@@ -18,7 +18,7 @@ from pathlib import Path
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.results import branch_file, journal, owner
-from fenics_nnm.results.durable import sync_folder
+from fenics_nnm.results.durable import remove_any, sync_folder
 from fenics_nnm.results.owner import OwnerState
 from fenics_nnm.results.tables import write_backbone
 
@@ -188,7 +188,7 @@ def remove(staging: Path) -> None:
     """Remove a folder; what says whose it is goes last."""
     for path in staging.iterdir():
         if path.name != owner.NAME:
-            _remove(path)
+            remove_any(path)
     (staging / owner.NAME).unlink(missing_ok=True)
     with suppress(FileNotFoundError):  # without an owner any run may remove it
         staging.rmdir()
@@ -221,7 +221,7 @@ def _taken(path: Path, made: tuple[Path, ...]) -> int:
         return owner.take(path)
     except OSError:
         with suppress(OSError):
-            remove(path)
+            remove_any(path)
             for folder in made:
                 folder.rmdir()
         raise
@@ -234,12 +234,12 @@ def _keep(staging: Staging, points: tuple[BranchPoint, ...]) -> str:
         return f"{len(points)} points are in {staging.path}"
     for path in staging.path.iterdir():
         if path.name not in (owner.NAME, staging.branch.name):
-            _remove(path)
+            remove_any(path)
     table = staging.path / "backbone.csv"
     try:
         write_backbone(table, points)
     except OSError:  # the disk is full; the points are in branch.h5
-        _remove(table)
+        remove_any(table)
     folder = staging.results
     if any((folder / name).exists() for name in RESULTS):
         return f"{len(points)} points are in {staging.path}, older results are as they were"
@@ -261,14 +261,14 @@ def _tidy(path: Path, folder: Path) -> None:
         if replaced.exists() and _move_all(path, folder):
             logger.warning("%s: has all results now of a run that was killed at its end", folder)
         if _is_bare(path):
-            remove(path)
+            remove_any(path)
 
 
 def _remove_unowned(path: Path) -> None:
     """Remove the folder of a run that was killed before it could say whose it is."""
     with suppress(FileNotFoundError):
         if _is_bare(path):
-            remove(path)
+            remove_any(path)
 
 
 def _move_all(source: Path, folder: Path) -> bool:
@@ -318,10 +318,3 @@ def _is_bare(staging: Path) -> bool:
         return not branch.exists() or not branch_file.read(branch)[1]
     except Exception:  # of another version, or broken: worth a look
         return False
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)

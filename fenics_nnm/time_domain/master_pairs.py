@@ -6,38 +6,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.pairs import Pairs
 
 
 @dataclass(frozen=True, slots=True)
-class MasterPairs:
-    """Pairs j <= k of k masters, P of them.
-
-    Attributes:
-        first: j of each, shape (P,).
-        second: k of each, shape (P,).
-        number: Number of the pair of any two masters, shape (k, k).
-    """
-
-    first: Indices
-    second: Indices
-    number: Indices
-
-    @classmethod
-    def of(cls, masters: int) -> MasterPairs:
-        """Those of so many masters."""
-        first, second = np.triu_indices(masters)
-        number = np.zeros((masters, masters), dtype=np.int64)
-        number[first, second] = number[second, first] = np.arange(len(first))
-        return cls(first, second, number)
+class MasterPairs(Pairs):
+    """Pairs j <= k of k masters, P of them."""
 
     @property
     def count(self) -> int:
         """Number of pairs."""
         return len(self.first)
 
-    def products(self, q: Array) -> Array:
+    def monomials(self, q: Array) -> Array:
         """Products of masters (s, k), shape (s, P)."""
         if self.count == 1:
             return q * q
@@ -71,7 +54,7 @@ class MasterPairs:
         """Symmetric matrices of values of pairs (s, P), shape (s, k, k)."""
         if self.count == 1:
             return values[:, :, None]
-        return np.asarray(values[:, self.number])
+        return np.asarray(values[:, self.place])
 
 
 def tensors_of(model: ReducedModel) -> tuple[Array, Array, Array, Array]:

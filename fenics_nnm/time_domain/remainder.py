@@ -131,7 +131,7 @@ class Remainder:
     def __call__(self, seen: Array) -> Array:
         """U of what is seen at states, (s, 3 k + P), shape (s, P + k)."""
         q, w, g, velocity = self._parts(seen)
-        products = self.pairs.products(q)
+        products = self.pairs.monomials(q)
         accelerated = self._accelerated(q, w, products, self._inner(g, products, velocity))
         return np.concatenate([products, w - accelerated], axis=1)
 
@@ -139,7 +139,7 @@ class Remainder:
         """Derivatives of u by what is seen, shape (s, P + k, 3 k + P)."""
         q, w, g, velocity = self._parts(seen)
         tensors, pairs, k = self._tensors, self.pairs, q.shape[1]
-        products = pairs.products(q)
+        products = pairs.monomials(q)
         inner = self._inner(g, products, velocity)
         a = self._accelerated(q, w, products, inner)
         by_q = 2 * np.tensordot(q, tensors.alpha, (1, 2))
@@ -164,7 +164,7 @@ class Remainder:
 
     def _inner(self, g: Array, products: Array, velocity: Array) -> Array:
         """What multiplies positions in F, by pairs, shape (s, P)."""
-        squares = self.pairs.products(velocity)
+        squares = self.pairs.monomials(velocity)
         return g + products @ self._tensors.cubic + squares @ self._tensors.centrifugal
 
     def _accelerated(self, q: Array, w: Array, products: Array, inner: Array) -> Array:

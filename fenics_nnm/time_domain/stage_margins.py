@@ -64,7 +64,7 @@ class StageMargins:
             Shapes (t, n_c), (t, n_c) and (n_c,).
         """
         q, velocity = x @ self.masters.T + self.rest, rate @ self.masters.T
-        excess = x @ self.linear.T + self.pairs.products(q) @ self.squared + self.offset
+        excess = x @ self.linear.T + self.pairs.monomials(q) @ self.squared + self.offset
         closing = rate @ self.linear.T + self.pairs.product_rates(q, velocity) @ self.squared
         size = np.abs(excess).max(axis=0) + self.gap
         return excess @ self.margin.T, closing @ self.margin.T, size

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from string import Template
 
+from fenics_nnm.errors import OutputError
 from fenics_nnm.output.html_report.elements import Html, bullets, element, joined, link, text
 from fenics_nnm.output.html_report.style import STYLE
 
@@ -95,3 +97,16 @@ def _drawn(section: Section) -> Html:
         id=section.key,
         aria_labelledby=f"{section.key}-heading",
     )
+
+
+def write_page(file: Path, written: str) -> None:
+    """Write a page, with the folder that it is in.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(written, "utf-8")
+    except OSError as error:
+        raise OutputError(f"{file}: cannot be written: {error.strerror or error}") from error

@@ -9,13 +9,12 @@ from urllib.parse import quote
 
 from fenics_nnm import __version__
 from fenics_nnm.backbone.point import VERIFIED, believable
-from fenics_nnm.errors import OutputError
 from fenics_nnm.output.gallery import make_pictures
 from fenics_nnm.output.html_report import contact, curve, origin, trust
 from fenics_nnm.output.html_report.campbell import campbell
 from fenics_nnm.output.html_report.elements import Html, bullets, element, facts, paragraph, text
 from fenics_nnm.output.html_report.figures import Gallery
-from fenics_nnm.output.html_report.page import Section, page
+from fenics_nnm.output.html_report.page import Section, page, write_page
 from fenics_nnm.output.html_report.words import (
     hardening,
     sentences,
@@ -43,12 +42,8 @@ def write_report(folder: Path, file: Path) -> None:
         gallery = Gallery(drawn, make_pictures(folder, drawn, formats=("svg",)))
         points = Path(scratch) / "backbone.csv"
         write_backbone(points, results.points)
-        page = _page(results, gallery, points, _beside(folder, file), campbell(folder))
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(page, "utf-8")
-    except OSError as error:
-        raise OutputError(f"{file}: cannot be written: {error.strerror or error}") from error
+        text = _page(results, gallery, points, _beside(folder, file), campbell(folder))
+    write_page(file, text)
 
 
 def _beside(folder: Path, file: Path) -> str:

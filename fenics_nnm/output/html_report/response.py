@@ -10,7 +10,6 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fenics_nnm import __version__
-from fenics_nnm.errors import OutputError
 from fenics_nnm.output.html_report.elements import (
     Column,
     Html,
@@ -23,7 +22,7 @@ from fenics_nnm.output.html_report.elements import (
     text,
 )
 from fenics_nnm.output.html_report.figures import Gallery
-from fenics_nnm.output.html_report.page import Section, page
+from fenics_nnm.output.html_report.page import Section, page, write_page
 from fenics_nnm.output.response_gallery import make_response_pictures, stored_response
 from fenics_nnm.response.peaks import Peak
 from fenics_nnm.response.point import ResponsePoint, Status
@@ -87,11 +86,7 @@ def write_response_report(results: Path, file: Path) -> None:
         drawn = Path(scratch)
         gallery = Gallery(drawn, make_response_pictures(results, drawn, formats=("svg",)))
         written = _page(stored, gallery)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(written, "utf-8")
-    except OSError as error:
-        raise OutputError(f"{file}: cannot be written: {error.strerror or error}") from error
+    write_page(file, written)
 
 
 def _page(stored: StoredResponse, gallery: Gallery) -> str:

@@ -58,22 +58,13 @@ def campbell_plot(
     top = 1.05 * float(np.nanmax(np.concatenate(shown)))
     names = {order: f"{order} lobes" if order in lobes else f"{order}" for order in orders}
     _draw_orders(left, names, float(speed.max()), top, turn=2 * np.pi * unit)
-    left.plot(
-        [unit * each.speed for each in crossings],
-        [each.frequency for each in crossings],
-        "o",
-        mfc="none",
-        color=BLACK,
-        ms=5,
-        label="lobes x speed meets a line" if lobes else "engine order meets a line",
-    )
+    what = "lobes x speed" if lobes else "engine order"
+    _draw_crossings(left, crossings, unit, f"{what} meets a line")
     left.set_ylim(0, top)
     name = "speed  (rpm)" if turns else "speed  (rad/s)"
     label(left, name, "frequency  (Hz)")
     for axes in middle:
-        _draw_changes(axes, speed, lines, nonlinear)
-        label(axes, name, "change from the linear mode  (%)")
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
+        _draw_changes(axes, speed, lines, nonlinear, name)
     _draw_gap(right, speed, np.array([point.gap for point in found]), name)
     left.set_title(title, fontsize=9)
     legend_below(figure, left, columns=4)
@@ -97,6 +88,13 @@ def _draw_orders(
         axes.annotate(name, (end, order * end / turn), fontsize=7, color=GREY)
 
 
+def _draw_crossings(axes: Axes, crossings: Sequence[Met], unit: float, name: str) -> None:
+    """Where orders meet lines; `unit` is the shown speed of 1 rad/s."""
+    speed = [unit * each.speed for each in crossings]
+    frequency = [each.frequency for each in crossings]
+    axes.plot(speed, frequency, "o", mfc="none", color=BLACK, ms=5, label=name)
+
+
 def _draw_gap(axes: Axes, speed: Array, gaps: Array, name: str) -> None:
     """Smallest gap over speed."""
     length = unit_for(gaps, "m")
@@ -114,13 +112,17 @@ def _draw(axes: Axes, speed: Array, lines: Sequence[NonlinearLine]) -> None:
         axes.plot(speed, line.frequency, color=colour, lw=0.9, marker=marker, ms=3.5, label=name)
 
 
-def _draw_changes(axes: Axes, speed: Array, linear: Array, lines: Sequence[NonlinearLine]) -> None:
+def _draw_changes(
+    axes: Axes, speed: Array, linear: Array, lines: Sequence[NonlinearLine], name: str
+) -> None:
     """How far nonlinear lines are from their linear modes, in per cent, over speed."""
     for number, line in enumerate(lines):
         colour, _ = CURVES[(line.mode - 1) % len(CURVES)]
         _, marker = CURVES[number % len(CURVES)]
         change = 100 * (line.frequency / linear[line.mode - 1] - 1)
         axes.plot(speed, change, color=colour, lw=0.9, marker=marker, ms=3.5)
+    label(axes, name, "change from the linear mode  (%)")
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
 
 
 def _named(target: Target) -> str:

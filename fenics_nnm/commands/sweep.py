@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
     from rich.console import Console
 
-    from fenics_nnm.sweep.outcome import Outcome
-    from fenics_nnm.sweep.plan import Plan
+    from fenics_nnm.sweep.case import Outcome, Plan
     from fenics_nnm.sweep.sweep import Sweep
 
 
@@ -69,6 +68,11 @@ def add_to(commands: Commands) -> None:
     sweep.add_argument(
         "--jobs", type=int, default=1, metavar="N", help="processes of this machine (default: 1)"
     )
+    sweep.add_argument(
+        "--response",
+        action="store_true",
+        help="responses of driven studies, as of fenics-nnm response, in place of backbones",
+    )
     way = sweep.add_mutually_exclusive_group()
     way.add_argument(
         "--list", action="store_true", help="run nothing: print a command for each study to run"
@@ -105,12 +109,16 @@ def _sweep(arguments: argparse.Namespace) -> int:
 
 
 def _planned(arguments: argparse.Namespace) -> Plan:
+    from fenics_nnm.sweep.backbones import Backbones
     from fenics_nnm.sweep.plan import plan
+    from fenics_nnm.sweep.responses import Responses
 
+    kind = Responses() if arguments.response else Backbones()
     return plan(
         arguments.study,
         arguments.output or Path("results") / f"{arguments.study.stem}-sweep",
         arguments.set,
+        kind,
         table=arguments.table,
         zipped=arguments.zip,
         ratios=arguments.gamma,
@@ -122,7 +130,7 @@ def _list(console: Console, sweep: Sweep) -> int:
     for case in sweep.left:
         settings = [word for each in case.settings for word in ("--set", each.argument)]
         words = [str(sweep.plan.file), *settings, "--output", str(case.folder), "--resume"]
-        show(console, shlex.join(["fenics-nnm", "run", *words]))
+        show(console, shlex.join(["fenics-nnm", sweep.plan.kind.command, *words]))
     done = len(sweep.plan.cases) - len(sweep.left)
     if done and not console.quiet:
         complain(f"{done} of {len(sweep.plan.cases)} studies are done, and not in the list")
@@ -133,7 +141,7 @@ def _run(
     sweep: Sweep, arguments: argparse.Namespace, console: Console, comm: MPI.Intracomm
 ) -> None:
     from fenics_nnm.commands.lasting_console import LastingConsole
-    from fenics_nnm.sweep.outcome import RunState
+    from fenics_nnm.sweep.case import RunState
 
     total, left = len(sweep.plan.cases), len(sweep.left)
     going_on = sum(state is RunState.BEGUN for state in sweep.states.values())
@@ -155,19 +163,18 @@ def _run(
 
 
 def _line(outcome: Outcome, total: int) -> str:
-    points = f", {len(outcome.rows)} points" if outcome.rows else ""
+    points = f", {outcome.points} points" if outcome.points else ""
     return f"study {outcome.case.number} of {total}: {outcome.case}: {outcome.status}{points}"
 
 
 def _write(sweep: Sweep) -> None:
     """Write the table and draw the pictures."""
     from fenics_nnm.errors import OutputError
-    from fenics_nnm.sweep.pictures import draw_sweep
 
     sweep.write_table()
     title = sweep.plan.cases[0].study.title or str(sweep.plan.file)
     try:
-        draw_sweep(sweep.plan, sweep.in_order, title)
+        sweep.plan.kind.draw(sweep.plan, sweep.in_order, title)
     except OSError as error:
         raise OutputError(f"{sweep.plan.folder}: cannot be written: {error}") from error
 

@@ -60,7 +60,7 @@ def numbers_of(found: list[tuple[Path, StoredResponse]], text: str) -> Resolutio
         text: Text of the study file.
     """
     for _, each in found:
-        if not difference(each.header.study, text, _leaves):
+        if not difference(each.header.study, text, response_leaves):
             return each.header.resolution
     return None
 
@@ -95,7 +95,7 @@ def _signs(stored: StoredResponse, model: ReducedModel, watched: Watched) -> Arr
 
 def study_difference(stored: BranchHeader, wanted: BranchHeader) -> str:
     """The first key in which two studies differ, or the first file that has changed; or nothing."""
-    reason = difference(stored.study, wanted.study, _leaves)
+    reason = difference(stored.study, wanted.study, response_leaves)
     if reason:
         return reason
     for key, digest in wanted.inputs.items():
@@ -104,7 +104,7 @@ def study_difference(stored: BranchHeader, wanted: BranchHeader) -> str:
     return ""
 
 
-def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
+def response_leaves(study: Study) -> Iterator[tuple[str, Any]]:
     """Keys and values that the motions of a level depend on."""
     for section, values in study.model_dump(by_alias=True).items():
         if section not in _FREE and values not in (None, [], ()):

@@ -102,7 +102,7 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
         known = led(comm, data.blocks, partial(_begun, job, place, header, structure, data))
         found = on_root(comm, _solved, job, place, structure, known).doubted(linear.doubt)
         with job.stages.stage("output"):
-            notes, missing = _notes(chosen, found), tuple(_missing(study, found))
+            notes, missing = _notes(chosen, found), tuple(missing_of(study, found))
             lines = [*_lines(missing, found), *notes]
             on_root(comm, response_file.finish, place.file, found, lines)
             _write_fields(job, place, linear, header, found, structure.gap_motion)
@@ -213,7 +213,7 @@ def _write_fields(
     )
 
 
-def _missing(study: Study, found: Response) -> Iterator[str]:
+def missing_of(study: Study, found: Response) -> Iterator[str]:
     """What a study asks for and does not get, a line each."""
     yield from incomplete(found)
     yield from absent(found, reported_frequencies(study))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from fenics_nnm.structure.shared_analysis import values_of_structure
-from fenics_nnm.sweep.plan import Case
+from fenics_nnm.sweep.case import Case
 
 #: Keys of contact that modes and attachment solutions do not depend on.
 _OF_GAPS = {"gap", "law", "name", "reference_displacement"}

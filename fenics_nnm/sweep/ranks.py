@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from mpi4py import MPI
 
+from fenics_nnm.sweep.case import Case
 from fenics_nnm.sweep.dealing import Hand
-from fenics_nnm.sweep.plan import Case
 from fenics_nnm.sweep.running import Ran
 
 

@@ -8,15 +8,10 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 
-from mpi4py import MPI
-
-from fenics_nnm.results.resume import assert_nobody_runs
-from fenics_nnm.run import run_study
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
 from fenics_nnm.study.error_keys import one_line
-from fenics_nnm.sweep.outcome import RunState
-from fenics_nnm.sweep.plan import Case
+from fenics_nnm.sweep.case import Case, RunState
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,15 +49,8 @@ class Runner:
         """
         try:
             with _named(str(case)), self.stages() as stages:
-                assert_nobody_runs(case.folder)
-                run_study(
-                    case.study,
-                    case.text,
-                    case.folder,
-                    resume=state is RunState.BEGUN,
-                    comm=MPI.COMM_SELF,
-                    stages=stages,
-                    analyse=self.shared,
+                case.kind.run(
+                    case, go_on=state is RunState.BEGUN, stages=stages, shared=self.shared
                 )
         except Exception as error:
             if self.verbose:

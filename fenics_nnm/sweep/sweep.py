@@ -11,9 +11,9 @@ from mpi4py import MPI
 from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError
 from fenics_nnm.stages import Stages
 from fenics_nnm.study.error_keys import one_line
+from fenics_nnm.sweep.case import Case, Outcome, Plan, RunState
 from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
-from fenics_nnm.sweep.outcome import Outcome, RunState, outcome_of, state_of
-from fenics_nnm.sweep.plan import Case, Plan
+from fenics_nnm.sweep.outcome import outcome_of, state_of
 from fenics_nnm.sweep.ranks import run_on_ranks
 from fenics_nnm.sweep.running import Ran, Runner
 from fenics_nnm.sweep.table import write_table

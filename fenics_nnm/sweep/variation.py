@@ -9,7 +9,7 @@ from typing import Any
 from fenics_nnm.study.messages import shown
 from fenics_nnm.study.toml_text import toml_value
 from fenics_nnm.study.units import unit_of
-from fenics_nnm.sweep.plan import Case, Plan
+from fenics_nnm.sweep.case import Case, Plan
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,8 @@ from fenics_nnm.running.worker_process import (
     few_threads,
     ready_of,
 )
+from fenics_nnm.sweep.case import Case, RunState
 from fenics_nnm.sweep.dealing import Hand, LocalCounters
-from fenics_nnm.sweep.outcome import RunState
-from fenics_nnm.sweep.plan import Case
 from fenics_nnm.sweep.running import Ran
 
 

@@ -26,6 +26,7 @@ from fenics_nnm.running.worker_process import WorkerProcess
 from fenics_nnm.study import study_from
 from fenics_nnm.study.settings import Setting
 from fenics_nnm.study.units import unit_of
+from fenics_nnm.sweep.backbones import Backbones
 from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
 from fenics_nnm.sweep.plan import folder_name, plan
 from fenics_nnm.sweep.variation import variations
@@ -322,7 +323,7 @@ def test_lists_are_combined_or_taken_together(study_file: StudyFile) -> None:
     lists = ["contact.gap=1e-3,2e-3", "mode.number=1,2"]
 
     def values(**options: Any) -> list[tuple[Any, ...]]:
-        made = plan(file, Path("s"), lists, **options)
+        made = plan(file, Path("s"), lists, Backbones(), **options)
         assert made.keys == ("contact.gap", "mode.number")
         for case in made.cases:
             assert (case.study.contact.gap, case.study.mode.number) == tuple(
@@ -403,7 +404,7 @@ def test_processes_and_this_one_give_the_same_table(
     [(-9, "ended by SIGKILL: out of memory?"), (-11, "ended by SIGSEGV"), (3, "exit code 3")],
 )
 def test_the_end_of_a_process_is_told(study_file: StudyFile, code: int, words: str) -> None:
-    made = plan(study_file(QUICK), Path("s"), ["contact.gap=1e-3"])
+    made = plan(study_file(QUICK), Path("s"), ["contact.gap=1e-3"], Backbones())
     ours, theirs = Pipe()
     theirs.close()
     process: Any = SimpleNamespace(exitcode=code, join=lambda: None)
@@ -433,6 +434,7 @@ def test_a_worker_keeps_to_the_structure_that_it_holds(study_file: StudyFile) ->
         file,
         Path("s"),
         ["contact.gap=1e-3,2e-3,3e-3", "mesh.height=0.2,0.3", "mode.number=1,2"],
+        Backbones(),
     )
     groups = grouped(made.cases)
     assert [len(group) for group in groups] == [6, 6]
@@ -451,7 +453,9 @@ def test_a_worker_keeps_to_the_structure_that_it_holds(study_file: StudyFile) ->
 
 
 def test_a_worker_without_its_own_group_helps_another(study_file: StudyFile) -> None:
-    made = plan(study_file(PLATE), Path("s"), ["contact.gap=1,2,3,4", "mesh.height=0.2"])
+    made = plan(
+        study_file(PLATE), Path("s"), ["contact.gap=1,2,3,4", "mesh.height=0.2"], Backbones()
+    )
     groups = grouped(made.cases)
     counters = LocalCounters([0])
     hands = [Hand(groups, counters, 0), Hand(groups, counters, 0)]
@@ -463,7 +467,9 @@ def test_casings_that_only_give_gaps_are_grouped(study_file: StudyFile) -> None:
     casing = {"shape": "plane", "origin": [0.0, 1.0], "normal": [0.0, 1.0]}
     contact = {"facets": "right", "direction": [0.0, 1.0], "casing": casing}
     file = study_file(PLATE, contact={"=": contact})
-    made = plan(file, Path("s"), ["contact.casing.clearance=0.1,0.2", "contact.points=1,2"])
+    made = plan(
+        file, Path("s"), ["contact.casing.clearance=0.1,0.2", "contact.points=1,2"], Backbones()
+    )
     assert [[case.number for case in group] for group in grouped(made.cases)] == [[1, 3], [2, 4]]
 
 
@@ -526,7 +532,7 @@ def test_lengths_of_a_table_are_in_m_however_they_are_given(
     assert [row["contact.gap"] for row in table] == ["0.001", "0.002", "0.003"]
     energies = [float(row["energy_J_at_1.1"]) for row in table]
     assert energies == pytest.approx([energies[0] * n**2 for n in (1, 2, 3)], rel=1e-9)
-    found = variations(plan(Path("study.toml"), Path("s"), [f"contact.gap={values}"]))
+    found = variations(plan(Path("study.toml"), Path("s"), [f"contact.gap={values}"], Backbones()))
     assert [(each.label, each.values) for each in found] == [
         ("contact.gap (m)", (1e-3, 2e-3, 3e-3))
     ]

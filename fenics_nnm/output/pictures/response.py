@@ -36,7 +36,7 @@ def response_plot(monitors: Sequence[str], found: Response, title: str) -> Figur
     amplitudes.
     The damped backbone is that of the first place.
     """
-    points, (along, name_along) = found.points, _along(found.points)
+    points, (along, name_along) = found.points, axis_of(found.points)
     figure = new_figure(height=4.6)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     unit = unit_for(np.array([point.amplitude for point in points]), "m")
@@ -44,7 +44,7 @@ def response_plot(monitors: Sequence[str], found: Response, title: str) -> Figur
     for (colour, _), ((level, place), name) in zip(
         itertools.cycle(CURVES), names.items(), strict=False
     ):
-        for own in _curves(points, level):
+        for own in curves_of(points, level):
             frequency, amplitude, phase = _columns(own, place)
             frequency *= along
             stable = np.array([each.judgement.stability in ("", "stable") for each in own])
@@ -68,7 +68,7 @@ def response_plot(monitors: Sequence[str], found: Response, title: str) -> Figur
     return figure
 
 
-def _along(points: Sequence[ResponsePoint]) -> tuple[float, str]:
+def axis_of(points: Sequence[ResponsePoint]) -> tuple[float, str]:
     """What is drawn along the axis per frequency in Hz, and its name: speeds where they are known.
 
     Speeds are proportional to frequencies.
@@ -103,7 +103,7 @@ def _names(
     return {(levels[0], place): monitors[place] for place in places}
 
 
-def _curves(points: Sequence[ResponsePoint], level: float) -> list[list[ResponsePoint]]:
+def curves_of(points: Sequence[ResponsePoint], level: float) -> list[list[ResponsePoint]]:
     """Branches of a level."""
     own = [point for point in points if point.level == level]
     return [list(branch) for _, branch in itertools.groupby(own, key=lambda each: each.branch)]

@@ -14,6 +14,12 @@ from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.study import MatrixStudy
 
+#: Parts of the largest entry of a matrix that are round-off of the program that wrote it.
+_ROUND_OFF = 1e-8
+
+#: Size up to which all eigenvalues of a damping matrix are looked at.
+_LARGEST_DENSE = 1500
+
 
 def driven_places(study: MatrixStudy, matrices: Matrices, springs: AttachedPoints) -> DrivenPlaces:
     """Where the matrices of a study are driven, damped and watched.
@@ -79,17 +85,24 @@ def _damping_matrix(study: MatrixStudy, matrices: Matrices) -> sparse.csr_matrix
     matrix = sparse.csr_matrix(found)
     if matrix.dtype.kind not in "biuf" or not np.all(np.isfinite(matrix.data)):
         raise ModelError("damping matrix has entries that are not finite real numbers")
+    largest = abs(matrix).max()
     lowest = _lowest_damping(matrix)
-    if lowest < 0:
+    if lowest < -_ROUND_OFF * largest:
         raise ModelError(
-            f"damping matrix: has {lowest:g} on its diagonal: must not be negative, or it feeds "
-            "motions"
+            f"damping matrix: its symmetric part has an eigenvalue of {lowest:g} or "
+            "less: must have none below zero, or it feeds motions"
         )
     return matrix
 
 
 def _lowest_damping(matrix: sparse.csr_matrix) -> float:
-    return float(matrix.diagonal().min())
+    """The lowest eigenvalue of the symmetric part; of a large matrix a bound of it from above.
+
+    This part alone does work; its lowest eigenvalue lies at or below the lowest diagonal entry.
+    """
+    if matrix.shape[0] > _LARGEST_DENSE:
+        return float(matrix.diagonal().min())
+    return float(np.linalg.eigvalsh((matrix + matrix.T).toarray() / 2)[0])
 
 
 def unit_rows(matrices: Matrices, section: str, unknowns: list[int]) -> Array:

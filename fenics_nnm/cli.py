@@ -15,34 +15,25 @@ from fenics_nnm.commands import COMMANDS
 from fenics_nnm.commands.shared import BAD_INPUT, INCOMPLETE, complain
 from fenics_nnm.commands.warnings_shown import show_by_line
 from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
-from fenics_nnm.files.caches import use_writable_caches
 from fenics_nnm.interrupts import raised
+from fenics_nnm.running.beginning import begin
 
 if TYPE_CHECKING:
     from mpi4py import MPI
-
-#: To PETSc a closed pipe is a crash of the program; it is none.
-_NO_HANDLER = "-no_signal_handler"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     os.environ["PYTHONSAFEPATH"] = "1"  # of all processes that are started from here
-    options = os.environ.get("PETSC_OPTIONS", "")
-    if _NO_HANDLER not in options:
-        os.environ["PETSC_OPTIONS"] = f"{options} {_NO_HANDLER}".strip()
     arguments = _parser().parse_args(argv)
     sys.argv = [each.encode("utf-8", "replace").decode() for each in sys.argv]  # dolfinx reads them
     try:
-        use_writable_caches()
+        begin()
     except OutputError as error:
         complain(_line(error))
         return INCOMPLETE
     from mpi4py import MPI
 
-    from fenics_nnm.fem import petsc_options
-
-    petsc_options.begin()
     _configure_logging(verbose=arguments.verbose and MPI.COMM_WORLD.rank == 0)
     raised()
     comm = MPI.COMM_WORLD.Dup() if MPI.COMM_WORLD.size > 1 else MPI.COMM_WORLD

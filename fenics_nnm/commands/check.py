@@ -46,8 +46,7 @@ def add_to(commands: Commands) -> None:
 def _check(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.output.description import describe
-    from fenics_nnm.resolution.auto import provisional
+    from fenics_nnm.running.checking import checked
     from fenics_nnm.running.trust import log_warnings
     from fenics_nnm.structure.analysis import structure_of
 
@@ -57,20 +56,14 @@ def _check(arguments: argparse.Namespace) -> int:
     console = console_of(MPI.COMM_WORLD)
     try:
         with stages_of(console, arguments) as stages:
-            shown = provisional(study, MPI.COMM_WORLD, stages)
-            text, warnings = describe(shown.prepared), shown.prepared.warnings()
+            found = checked(study, MPI.COMM_WORLD, stages)
     except (MeshError, ModelError) as error:
         _draw_groups(outline, picture, error)
         raise
-    if study.automatic:
-        text += (
-            f'\n\n{", ".join(study.automatic)} = "auto": a run finds what a tolerance of '
-            f"{study.tolerance:g} needs; this is with {shown.study.resolution}"
-        )
-    show(console, text)
+    show(console, found.text)
     if MPI.COMM_WORLD.rank == 0:
-        log_warnings(warnings)
-    body = shown.linear.body
+        log_warnings(found.warnings)
+    body = found.chosen.linear.body
     if picture and outline and body:
         from fenics_nnm.output.pictures.groups import draw_groups
 

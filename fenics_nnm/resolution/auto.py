@@ -121,11 +121,20 @@ def choice(
     return _search(models, Finer(study), least(study), ())
 
 
-def provisional(study: Study, comm: MPI.Comm, stages: Stages | None = None) -> Choice:
-    """A study with the numbers that a search begins with, to look at before they are found."""
+def provisional(
+    study: Study,
+    comm: MPI.Comm,
+    stages: Stages | None = None,
+    analyse: Analyse | None = None,
+) -> Choice:
+    """A study with the numbers that a search begins with, to look at before they are found.
+
+    Arguments and errors are those of `choice`.
+    """
+    stages, analyse = stages or Stages(), analyse or linear_analysis
     if not study.automatic:
-        return choice(study, comm, stages)
-    at, linear = _Models(study, comm, stages or Stages(), linear_analysis).of(least(study))
+        return choice(study, comm, stages, analyse=analyse)
+    at, linear = _Models(study, comm, stages, analyse).of(least(study))
     return Choice(study, prepared(study.with_resolution(at), linear))
 
 

@@ -52,6 +52,7 @@ ROOMS = (
     "output",
     "running",
     "run",
+    "face",
     "sweep",
     "commands",
     "cli",

@@ -150,19 +150,39 @@ def plot_backbone(
     figure.savefig(path, dpi=150)
 
 
+class Abscissa(NamedTuple):
+    """What the frequency is drawn over.
+
+    Attributes:
+        name: "gamma ratio", "energy" or "amplitude".
+        words: What it is, in words.
+        label: Label of its axis.
+        values: Its value at each point.
+    """
+
+    name: str
+    words: str
+    label: str
+    values: Array
+
+
 def frequency_plots(results: Results) -> list[Plot]:
     """The frequency over the gamma ratio, over the energy, and over the amplitude."""
+    return [_frequency_plot(results, each) for each in abscissas(results)]
+
+
+def abscissas(results: Results) -> list[Abscissa]:
+    """What the frequency of a branch is drawn over."""
     amplitude = amplitude_of(results)
     event = at_gamma_ratio_1(results.summary)
     over_gamma = (
         f"the gamma ratio: the modal energy coordinate gamma over its value at {event} (no unit)"
     )
-    axes = [
-        ("gamma ratio", over_gamma, GAMMA, results.ratios),
-        ("energy", "the total energy in J", _ENERGY, _energies(results.points)),
-        ("amplitude", amplitude.words, amplitude.label, amplitude.values),
+    return [
+        Abscissa("gamma ratio", over_gamma, GAMMA, results.ratios),
+        Abscissa("energy", "the total energy in J", _ENERGY, _energies(results.points)),
+        Abscissa("amplitude", amplitude.words, amplitude.label, amplitude.values),
     ]
-    return [_frequency_plot(results, *each) for each in axes]
 
 
 def at_gamma_ratio_1(summary: Mapping[str, Any]) -> str:
@@ -171,41 +191,42 @@ def at_gamma_ratio_1(summary: Mapping[str, Any]) -> str:
     return str(summary.get("at_gamma_ratio_1", pressed))
 
 
-def _frequency_plot(
-    results: Results,
-    over: str,
-    words: str,
-    abscissa_label: str,
-    abscissa: Array,
-) -> Plot:
-    """One frequency curve; its marks and lines are explained with the one over the gamma ratio."""
-    figure = new_figure(3.7)
-    axes = new_axes(figure, abscissa_label, "frequency  (Hz)")
+def draw_frequency(axes: Axes, results: Results, over: Abscissa) -> str:
+    """Draw one frequency curve without its legend; what the numbers of resonances mean."""
     jumps = [each["gamma_ratio"] for each in results.summary.get("jumps", [])]
-    _draw(axes, abscissa, results.points, _joined(results.points, jumps))
-    if over != "amplitude":
+    _draw(axes, over.values, results.points, _joined(results.points, jumps))
+    if over.name != "amplitude":
         places = _bifurcations(results.summary)
-        attribute = over.replace(" ", "_")
+        attribute = over.name.replace(" ", "_")
         _draw_bifurcations(axes, [getattr(place, attribute) for place in places], places)
     axes.axhline(results.linear_frequency, color=GREY, lw=0.8, label="linear mode")
-    if over == "gamma ratio":
+    if over.name == "gamma ratio":
         _draw_failures(axes, results.summary.get("failures", []), results.linear_frequency)
         at_one = at_gamma_ratio_1(results.summary)
         axes.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
-    if over == "energy":
-        _set_energy_scale(axes, abscissa)
-    label(axes, abscissa_label, "frequency  (Hz)")
-    numbers = _number_resonances(axes, abscissa, results.points)
+    if over.name == "energy":
+        _set_energy_scale(axes, over.values)
+    label(axes, over.label, "frequency  (Hz)")
+    return _number_resonances(axes, over.values, results.points)
+
+
+def _frequency_plot(results: Results, over: Abscissa) -> Plot:
+    """One frequency curve; its marks and lines are explained with the one over the gamma ratio."""
+    figure = new_figure(3.7)
+    axes = new_axes(figure, over.label, "frequency  (Hz)")
+    numbers = draw_frequency(axes, results, over)
     legend_below(figure, axes, columns=3)
     explained = (
         " The Rayleigh frequency is that of the paper; it is not the frequency of the motion "
         f"once there is a gap.{_verdicts(results.points)}{numbers}"
     )
     return Plot(
-        name=f"frequency_{over.split()[0]}",
-        title=f"Frequency over {over}",
-        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {words}."
-        + (explained if over == "gamma ratio" else " Marks and lines as over the gamma ratio."),
+        name=f"frequency_{over.name.split()[0]}",
+        title=f"Frequency over {over.name}",
+        caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {over.words}."
+        + (
+            explained if over.name == "gamma ratio" else " Marks and lines as over the gamma ratio."
+        ),
         group="frequency",
         figure=figure,
     )

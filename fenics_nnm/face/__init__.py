@@ -1,0 +1,1 @@
+"""The Python face: what `import fenics_nnm as nnm` offers, over what the commands use."""

@@ -1,0 +1,71 @@
+"""From a study to its branch: as `fenics-nnm run`, in this process."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from mpi4py import MPI
+
+from fenics_nnm.face.branch import Branch, branch_of
+from fenics_nnm.face.loaded import loaded
+from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.results.folder import assert_replaceable
+from fenics_nnm.run import run_study
+from fenics_nnm.running.beginning import begin
+from fenics_nnm.structure.analysis import Analyse
+from fenics_nnm.study import Study
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What is to be followed.
+
+    Attributes:
+        study: Study.
+        text: Text of its study file.
+        path: The study file.
+        analyse: Finds what is linear of it.
+    """
+
+    study: Study
+    text: str
+    path: Path
+    analyse: Analyse
+
+
+def followed(asked: Asked, folder: Path | None, *, resume: bool) -> Branch:
+    """Follow the nonlinear mode; to be called on all ranks.
+
+    Args:
+        asked: What is to be followed.
+        folder: Folder of the results; a temporary one if not given.
+        resume: Whether to begin with the points of an earlier run there.
+
+    Raises:
+        NonlinearModeError: if it cannot be, or the results not be written.
+    """
+    begin()
+    comm = MPI.COMM_WORLD
+    if folder is not None:
+        on_root(comm, assert_replaceable, folder, [asked.path])
+        return _ended(asked, folder, resume=resume)
+    made = on_root(comm, lambda: Path(tempfile.mkdtemp(prefix="fenics-nnm-")))
+    try:
+        return _ended(asked, made, resume=resume, temporary=True)
+    except BaseException:
+        if comm.rank == 0:
+            shutil.rmtree(made, ignore_errors=True)
+        raise
+
+
+def _ended(asked: Asked, folder: Path, *, resume: bool, temporary: bool = False) -> Branch:
+    result = run_study(asked.study, asked.text, folder, resume=resume, analyse=asked.analyse)
+    if not result.branch.complete and MPI.COMM_WORLD.rank == 0:
+        logger.warning("incomplete: %s", result.branch.reason)
+    return branch_of(loaded(result.folder, temporary=temporary))

@@ -31,6 +31,12 @@ choose_viewers() {
     DEBIAN_LIST="$CHECKOUT/environment/viewer-packages.txt" PIP_LIST=/dev/null
 }
 
+# From here on, the root is the one with Sphinx.
+choose_docs() {
+    ROOT_NAME=docs ROOT_SIZE="0.5 GB" ROOT_GIGABYTES=1
+    DEBIAN_LIST="$CHECKOUT/environment/docs-packages.txt" PIP_LIST=/dev/null
+}
+
 # From here on, the root has the same lists from Debian's newest packages.
 choose_next() {
     SUITE=sid SYSTEM="Debian unstable" ROOT_NAME=next ROOT_SIZE="4 GB"

@@ -21,13 +21,13 @@ from fenics_nnm.commands.shared import (
 )
 from fenics_nnm.errors import StudyError
 from fenics_nnm.interrupts import terminable
-from fenics_nnm.study import Study
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from fenics_nnm.response.structure import DrivenStructure
     from fenics_nnm.structure.simulated import Leg, Simulated, Wanted
+    from fenics_nnm.study import Study
 
 #: Periods at a constant frequency, and at each frequency of a sweep, if not given.
 _CONSTANT, _SWEPT = 500, 20

@@ -73,10 +73,11 @@ def test_type_checkers_know_the_same_names() -> None:
 
 
 def test_what_is_heavy_is_imported_when_it_is_used() -> None:
-    """The version needs the standard library alone, a study no finite elements and no plots."""
+    """Version and help need the standard library alone, a study no finite elements and no plots."""
     program = (
-        "import sys, fenics_nnm as nnm\n"
-        "assert not {'numpy', 'pydantic', 'argparse'} & set(sys.modules)\n"
+        "import sys, fenics_nnm as nnm, fenics_nnm.cli\n"
+        "fenics_nnm.cli._parser()\n"
+        "assert not {'numpy', 'pydantic', 'rich'} & set(sys.modules)\n"
         "nnm.Study, nnm.StudyError\n"
         "print(*{'dolfinx', 'matplotlib', 'mpi4py', 'h5py', 'pyvista', 'rich'} & set(sys.modules))"
     )

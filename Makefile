@@ -17,7 +17,8 @@ ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.p
     multipliers_plane.png multipliers.png
 
 .PHONY: help demo pictures journeys kinds test test-next lint clean distclean verify verify-studies \
-    verify-random verify-fuzz verify-viewers look image image-check
+    verify-random verify-fuzz verify-viewers look image image-check \
+    docs docs-links
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37, at speed and at rest'
@@ -27,6 +28,8 @@ help:
 	@echo 'make verify       run the slow studies of docs/verification.md'
 	@echo 'make look         look at reports in a browser, at the widths of a desktop and of a telephone'
 	@echo 'make lint         run only the checks of the source'
+	@echo 'make docs         build the docs as a site, links checked, in results/site/html'
+	@echo 'make docs-links   look whether links to other sites still lead somewhere'
 	@echo 'make image        build the container image fenics-nnm'
 	@echo 'make image-check  build the image and run a small study in it'
 	@echo 'make clean        remove caches and results'
@@ -137,6 +140,13 @@ look:
 	    $(RUN) fenics-nnm run demos/$$study.toml --output $(LOOKS)/$$study && \
 	    $(RUN) fenics-nnm report $(LOOKS)/$$study || exit; done
 	$(RUN) --viewers python3 tests/look_at_pages.py $(LOOKS)/*/*/report.html --output $(LOOKS)/pages
+
+# The pages and the reference of the Python face as a site; any warning is an error.
+docs:
+	environment/run --docs python3 docs/site/build.py
+
+docs-links:
+	environment/run --docs python3 docs/site/build.py linkcheck
 
 lint:
 	$(RUN) ruff check

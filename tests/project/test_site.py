@@ -1,0 +1,56 @@
+"""The docs as a site: every page has its place, and every link goes to something that is there."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from pathlib import Path
+
+import fenics_nnm as nnm
+
+ROOT = Path(__file__).parents[2]
+SITE = runpy.run_path(str(ROOT / "docs/site/conf.py"))
+
+
+def text(name: str) -> str:
+    return (ROOT / name).read_text("utf-8")
+
+
+def test_every_page_is_in_the_navigation_once() -> None:
+    listed = [page for pages in SITE["NAVIGATION"].values() for page in pages]
+    pages = {f"docs/{path.stem}" for path in (ROOT / "docs").glob("*.md")}
+    assert len(listed) == len(set(listed))
+    assert set(listed) == {*pages, "api", "meshes/README", "benchmarks/README"}
+
+
+def test_what_pages_link_to_is_shown_to_the_builder() -> None:
+    """Sphinx reads a folder of links to the files and folders that pages have links to."""
+    linked = re.findall(
+        r'"([\w./]+)"', re.findall(r"^LINKED = (.*)$", text("docs/site/build.py"), re.M)[0]
+    )
+    for page in (*(ROOT / "docs").glob("*.md"), ROOT / "README.md"):
+        for link in re.findall(r"\]\(([^)\s#]+)", page.read_text("utf-8")):
+            if not link.startswith("http"):
+                target = (page.parent / link).resolve().relative_to(ROOT)
+                assert target.parts[0] in linked, (page.name, link)
+
+
+def test_what_the_reference_describes_is_documented() -> None:
+    """All but the errors, whose docstrings are lines, say what they give or have."""
+    for name in nnm.__all__[1:]:
+        words = getattr(nnm, name).__doc__ or ""
+        assert words.strip(), name
+
+
+def test_modules_that_are_mocked_are_there() -> None:
+    for name in SITE["autodoc_mock_imports"]:
+        if name.startswith("fenics_nnm."):
+            path = ROOT / name.replace(".", "/")
+            assert path.is_dir() or path.with_suffix(".py").exists(), name
+
+
+def test_docs_root_has_what_the_settings_name() -> None:
+    packages = text("environment/docs-packages.txt")
+    assert SITE["html_theme"] in packages
+    assert "python3-myst-parser" in packages
+    assert "--docs)" in text("environment/run")

@@ -15,6 +15,7 @@ from read_here import STARTERS, in_this_process
 
 from fenics_nnm.cli import main
 from fenics_nnm.fem.linear import LinearAnalysis
+from fenics_nnm.files.cache import OFF, VARIABLE
 from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import study_from
 
@@ -76,6 +77,12 @@ def _reads_here(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch)
     if request.node.get_closest_marker("own_process") is None:
         for name in STARTERS:
             monkeypatch.setattr(f"fenics_nnm.{name}.in_own_process", in_this_process)
+
+
+@pytest.fixture(autouse=True)
+def _keeps_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test finds what another one, or a user, has computed."""
+    monkeypatch.setenv(VARIABLE, OFF)
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """Commands of the command line: each module adds one, and imports what it needs when it runs."""
 
 from fenics_nnm.commands import (
+    cache,
     campbell,
     check,
     convergence,
@@ -14,5 +15,18 @@ from fenics_nnm.commands import (
     sweep,
 )
 
-COMMANDS = (new, check, run, plot, export, report, convergence, sweep, response, simulate, campbell)
+COMMANDS = (
+    new,
+    check,
+    run,
+    plot,
+    export,
+    report,
+    convergence,
+    sweep,
+    response,
+    simulate,
+    campbell,
+    cache,
+)
 """Modules with `add_to(commands)`, in the order of the help."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fenics_nnm.errors import StudyError
+from fenics_nnm.files.cache import turn_off
 from fenics_nnm.stages import Stages
 
 if TYPE_CHECKING:
@@ -25,9 +26,24 @@ Commands = Any
 DONE, INCOMPLETE, BAD_INPUT = 0, 1, 2
 
 
+class _NoCache(argparse.Action):
+    """Turns the cache off."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(nargs=0, **given)
+
+    def __call__(self, *given: object) -> None:
+        turn_off()
+
+
 def add_study(command: argparse.ArgumentParser) -> None:
     """Arguments of a command that reads a study file."""
     command.add_argument("study", type=Path, metavar="STUDY.toml", help="study file")
+    command.add_argument(
+        "--no-cache",
+        action=_NoCache,
+        help="compute meshes and modes anew, and keep none: see fenics-nnm cache",
+    )
     add_verbose(command)
 
 

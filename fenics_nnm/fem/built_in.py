@@ -7,11 +7,13 @@ from pathlib import Path
 
 import gmsh
 
+from fenics_nnm.fem.cached_mesh import contents, kept_or_made
 from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
 from fenics_nnm.fem.native import Limits, in_own_process
 from fenics_nnm.fem.native_errors import GeometryErrors
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.geometry import Geometry
+from fenics_nnm.study.leaves import leaves
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,12 @@ class BuildGeometry:
     def trusted(self) -> bool:
         """It needs no more than to read its tables."""
         return False
+
+    def identity(self) -> str:
+        """As `cached_mesh.Identified`; its tables count by their contents."""
+        kind, values = type(self.geometry), self.geometry.model_dump()
+        files = [value for _, value in leaves("mesh", values) if isinstance(value, Path)]
+        return f"{kind.__module__}.{kind.__qualname__} {values!r} {[*map(contents, files)]!r}"
 
     def fault(self) -> str:
         """Nothing is known without OpenCASCADE."""
@@ -68,6 +76,6 @@ def built_in(geometry: Geometry) -> RawMesh:
     """
     job = BuildGeometry(geometry)
     if geometry.native:
-        return in_own_process(job, Limits())
+        return kept_or_made(job, lambda: in_own_process(job, Limits()))
     with gmsh_session(job.errors.what):
         return job.mesh()

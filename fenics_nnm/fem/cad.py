@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.boundary import boundary
+from fenics_nnm.fem.cached_mesh import kept_or_made
 from fenics_nnm.fem.cad_model import Cad, MeshCad, Near
 from fenics_nnm.fem.mesh import TaggedMesh, spread_mesh
 from fenics_nnm.fem.mesh_file import assert_file
@@ -62,17 +63,20 @@ def read_cad(
     """
     metres = METRES[cad.length_unit]
 
+    def meshed(job: MeshCad) -> RawMesh:
+        return kept_or_made(job, lambda: in_own_process(job, limits))
+
     def read() -> RawMesh:
         assert_file(cad.path)
+        raw = meshed(MeshCad(cad))
         if not refined:
-            return in_own_process(MeshCad(cad), limits)
-        raw = in_own_process(MeshCad(cad), limits)
+            return raw
         coarse = pick(spread_mesh(lambda: raw, metres, MPI.COMM_SELF))
         near = tuple(
             Near(_samples(coarse, part, part.size * metres) / metres, part.size, part.distance)
             for part in refined
         )
-        return in_own_process(MeshCad(cad, near), limits)
+        return meshed(MeshCad(cad, near))
 
     return spread_mesh(read, metres, comm)
 

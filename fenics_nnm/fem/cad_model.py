@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from scipy.spatial import KDTree
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, MeshError
+from fenics_nnm.fem.cached_mesh import contents
 from fenics_nnm.fem.cad_units import declared_unit
 from fenics_nnm.fem.curved import mend
 from fenics_nnm.fem.given_file import PrivateFolder
@@ -105,6 +107,14 @@ class MeshCad:
     def trusted(self) -> bool:
         """Whether the study trusts a script."""
         return self.cad.trust_script and self.cad.path.suffix.lower() == ".geo"
+
+    def identity(self) -> str:
+        """As `cached_mesh.Identified`; a script that may do all may depend on anything."""
+        file = "" if self.trusted else contents(self.cad.path)
+        near = [
+            (hashlib.sha256(n.points.tobytes()).hexdigest(), n.size, n.distance) for n in self.near
+        ]
+        return file and f"{file} {self.cad!r} {near!r}"
 
     def __call__(self, folder: Path) -> RawMesh:
         """Mesh it.

@@ -14,6 +14,7 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.built_in import built_in
+from fenics_nnm.fem.cached_mesh import kept_or_made
 from fenics_nnm.fem.constraints import NO_CONSTRAINTS, LinearConstraints
 from fenics_nnm.fem.kept_mesh import MeshAsRead, StoredMesh
 from fenics_nnm.fem.mesh_file import ReadMesh, assert_file, seconds_to_read
@@ -108,7 +109,8 @@ def read_mesh(
         assert_file(path)
         given = limits or Limits()
         time = seconds_to_read(path) if given.time is None else given.time
-        return in_own_process(ReadMesh(path), replace(given, time=time))
+        job, bounds = ReadMesh(path), replace(given, time=time)
+        return kept_or_made(job, lambda: in_own_process(job, bounds))
 
     return spread_mesh(read, METRES[length_unit], comm)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fenics_nnm.errors import Code, MeshError
+from fenics_nnm.fem.cached_mesh import contents
 from fenics_nnm.fem.given_file import MSH_ENDINGS, PrivateFolder
 from fenics_nnm.fem.msh_text import fault_of_msh
 from fenics_nnm.fem.native_errors import FileErrors
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 #: Files that gmsh reads with their named groups; it keeps the groups of .unv, which meshio lacks.
 _GMSH = (*MSH_ENDINGS, ".unv")
+
+#: Files that hold all of a mesh unless they name others; .med is refused if it does.
+_ALONE = (*_GMSH, ".inp", ".bdf", ".nas", ".fem", ".vtk", ".vtu", ".med")
 
 #: Seconds that reading may take, and per byte of the file.
 _SECONDS, _SECONDS_A_BYTE = 60.0, 1e-5
@@ -69,6 +73,12 @@ class ReadMesh:
     def trusted(self) -> bool:
         """A mesh needs no more than to be read."""
         return False
+
+    def identity(self) -> str:
+        """As `cached_mesh.Identified`, of files that are known to stand alone."""
+        if self.path.suffix.lower() not in _ALONE:
+            return ""
+        return contents(self.path)
 
     def __call__(self, folder: Path) -> RawMesh:
         """Read it.

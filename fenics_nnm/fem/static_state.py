@@ -22,6 +22,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutOfMemoryError
 from fenics_nnm.fem.anderson import Anderson
 from fenics_nnm.fem.block import solved
+from fenics_nnm.fem.cached_state import StepsTaken, keeper_of
 from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
 from fenics_nnm.fem.least_ratio import least_ratio
 from fenics_nnm.fem.loaded_residual import LoadedResidual
@@ -83,17 +84,37 @@ def loaded(solid: Solid, loads: Loads, memory: float | None = None) -> Solid:
             "a body turns too far for them",
             code=Code.STEADY_LOADS,
         )
-    with _Newton(solid, loads, memory) as newton:
-        return newton.loaded()
+    residual = LoadedResidual(solid, loads)
+    keeper = keeper_of(solid, residual)
+    found = keeper.restored()
+    if found is None:
+        with _Newton(solid, residual, memory) as newton:
+            found = newton.loaded()
+        keeper.keep(found)
+    return _about(solid, loads, residual, found)
+
+
+def _about(solid: Solid, loads: Loads, residual: LoadedResidual, found: StepsTaken) -> Solid:
+    """The body about the state that its residual is at, with the tangent assembled there."""
+    state = StaticState(
+        loads=loads,
+        displacement=residual.displacement,
+        unloaded=solid.stiffness,
+        steps=found.solutions,
+        load_steps=found.load_steps,
+        asymmetry=residual.asymmetry,
+    )
+    stiffness = residual.tangent
+    system = FreeSystem(stiffness, solid.mass)
+    return replace(solid, stiffness=stiffness, system=system, state=state)
 
 
 class _Newton(HeldTogether):
     """Newton's method for the residual of a body."""
 
-    def __init__(self, solid: Solid, loads: Loads, memory: float | None) -> None:
+    def __init__(self, solid: Solid, residual: LoadedResidual, memory: float | None) -> None:
         super().__init__(solid.tagged.mesh.comm)
-        self._solid, self._loads, self._memory = solid, loads, memory
-        self._residual = LoadedResidual(solid, loads)
+        self._solid, self._residual, self._memory = solid, residual, memory
         self._ksp = PETSc.KSP().create(solid.stiffness.comm)
         self._ksp.setOptionsPrefix("nnm_static_")
         use_mumps(self._ksp, (ROOT_ALONE,))
@@ -103,10 +124,10 @@ class _Newton(HeldTogether):
         """Free the factorisation."""
         self._ksp.destroy()
 
-    def loaded(self) -> Solid:
-        """The body about its state under all loads."""
+    def loaded(self) -> StepsTaken:
+        """Move the residual to the state under all loads, and assemble its tangent there."""
         if self._loads_at_once():
-            return self._about(self._residual.tangent, 1)
+            return StepsTaken(self._steps, 1)
         self._residual.move(np.zeros(self._solid.owned))
         self._steps = 0
         return self._loaded_by_newton()
@@ -143,7 +164,7 @@ class _Newton(HeldTogether):
                 return least <= _ROUND_OFF * whole
         return False
 
-    def _loaded_by_newton(self) -> Solid:
+    def _loaded_by_newton(self) -> StepsTaken:
         """The same by Newton's method, in as many parts as it needs."""
         reached, step, count = 0.0, 1.0, 0
         while reached < 1.0:
@@ -158,21 +179,8 @@ class _Newton(HeldTogether):
                 logger.info("loads in steps of %g, as %s", step, refusal)
                 continue
             reached, count, step = level, count + 1, 2 * step
-        return self._about(self._residual.assemble(), count)
-
-    def _about(self, stiffness: PETSc.Mat, load_steps: int) -> Solid:
-        """The body about its present state, of a tangent stiffness."""
-        residual = self._residual
-        state = StaticState(
-            loads=self._loads,
-            displacement=residual.displacement,
-            unloaded=self._solid.stiffness,
-            steps=self._steps,
-            load_steps=load_steps,
-            asymmetry=residual.asymmetry,
-        )
-        system = FreeSystem(stiffness, self._solid.mass)
-        return replace(self._solid, stiffness=stiffness, system=system, state=state)
+        self._residual.assemble()
+        return StepsTaken(self._steps, count)
 
     def _apply(self, level: float) -> None:
         """Newton's method at a part of the loads, from the displacement before.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,16 +10,11 @@ import h5py
 
 from fenics_nnm.fem.blocks import KEPT_MESH
 from fenics_nnm.fem.kept_mesh import mesh_as_read
+from fenics_nnm.fem.other_files import names_others
 from fenics_nnm.fem.raw_mesh import RawMesh, raw_of
 from fenics_nnm.files.bounds import assert_fits
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
-
-#: Mesh files that are one of several, whose digest says nothing of the others: those that include
-#: or merge files, by what stands in them, and those that always have a second one.
-_NAMES_OTHERS = re.compile(rb"(?i)\b(include|merge|\w*fromfile|systemcall)\b|\binput\s*=")
-_MAY_NAME_OTHERS = (".inp", ".bdf", ".dat", ".nas", ".fem", ".geo")
-_OF_SEVERAL = (".xdmf", ".xmf")
 
 #: Keys of a study whose files the mesh is made of begin so.
 _OF_MESH = "mesh."
@@ -69,7 +63,7 @@ def kept_mesh(
     there = {key: digest for key, digest in inputs.items() if key.startswith(_OF_MESH)}
     if any(header.inputs.get(key) != digest for key, digest in there.items()):
         return None
-    if any(_names_others(files[key]) for key in there):
+    if any(names_others(files[key]) for key in there):
         return None
     with branch_file.reading(path), h5py.File(path, "r") as file:
         if KEPT_MESH not in file:
@@ -85,11 +79,3 @@ def _read(path: Path) -> tuple[RawMesh, float]:
         for name, values in group.items():
             assert_fits(values.nbytes, name)
         return raw_of(group), float(group["metres"][0])
-
-
-def _names_others(path: Path) -> bool:
-    """Whether a mesh file may be one of several."""
-    suffix = path.suffix.lower()
-    if suffix in _OF_SEVERAL:
-        return True
-    return suffix in _MAY_NAME_OTHERS and bool(_NAMES_OTHERS.search(path.read_bytes()))

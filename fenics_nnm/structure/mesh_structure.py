@@ -13,6 +13,7 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.blocks import Data
+from fenics_nnm.fem.cached_modes import kept_modes
 from fenics_nnm.fem.contact import ContactInterface, interface_at
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
 from fenics_nnm.fem.deflection import BodyForces
@@ -143,7 +144,7 @@ class MeshStructure:
             found = _modal_solver(study, solid)
         with found as solver:
             with stages.stage("modes"):
-                modes = solver.modes(mode_count(study, None, solver.free))
+                modes = kept_modes(solid, solver, mode_count(study, None, solver.free))
             with stages.stage("attachments"):
                 basis = driven(solid, interface, pushes, others, modes, solver, gap_motion)
             chosen = assembled.sites, choices, interface
@@ -357,7 +358,7 @@ def _reduced(
     retained = _retained(study, assembled.solid, assembled.interface(even))
     count = mode_count(study, at_most, solver.free - retained)
     with stages.stage("modes"):
-        modes = solver.modes(count).unique(sites.displacement)
+        modes = kept_modes(assembled.solid, solver, count).unique(sites.displacement)
         choices = chosen_by_mode(even, sites, modes, mode)
         coupled = _with_coriolis(assembled, modes, solver)
     forces = BodyForces(assembled.solid)

@@ -22,6 +22,9 @@ from fenics_nnm.study.study import MatrixStudy, MeshStudy
 ROOT = Path(__file__).parents[2]
 DOCS = sorted([ROOT / "README.md", ROOT / "meshes/README.md", *(ROOT / "docs").glob("*.md")])
 NAMES = [str(path.relative_to(ROOT)) for path in DOCS]
+
+#: Options that many commands have, which the guide has once.
+OF_ALL = ("--help", "--verbose", "--no-cache")
 FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 
 
@@ -149,8 +152,8 @@ def test_commands_and_options_are_in_the_guide() -> None:
     for name, command in commands.choices.items():
         (row,) = re.findall(rf"^\| `fenics-nnm {name} .*$", guide, re.MULTILINE)
         for option in (a.option_strings[-1] for a in command._actions if a.option_strings):
-            assert option in row or option in ("--help", "--verbose"), (name, option)
-    assert "--verbose" in guide
+            assert option in row or option in OF_ALL, (name, option)
+    assert "--verbose" in guide and "--no-cache" in guide
 
 
 def test_fields_and_columns_are_words_of() -> None:

@@ -1,0 +1,52 @@
+"""fenics-nnm cache: where meshes, static states and modes are kept, and how to be rid of them."""
+
+from __future__ import annotations
+
+import argparse
+
+from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show
+from fenics_nnm.errors import OutputError
+from fenics_nnm.files.cache import OFF, VARIABLE, Cache, cache_of_user
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    cache = commands.add_parser("cache", help="show, or empty, the folder of kept meshes and modes")
+    cache.add_argument("--clear", action="store_true", help="remove all that is kept")
+    add_verbose(cache)
+    cache.set_defaults(action=_cache)
+
+
+def _cache(arguments: argparse.Namespace) -> int:
+    from mpi4py import MPI
+
+    from fenics_nnm.fem.parallel import on_root
+
+    cache = cache_of_user()
+    words = f"the cache is off: {VARIABLE} is {OFF}"
+    if cache is not None:
+        words = on_root(MPI.COMM_WORLD, _cleared if arguments.clear else _held, cache)
+    show(console_of(MPI.COMM_WORLD), words)
+    return DONE
+
+
+def _held(cache: Cache) -> str:
+    return (
+        f"{cache.folder}: {len(cache.files())} files, {size_words(cache.size())} of "
+        f"{size_words(cache.most)} at most"
+    )
+
+
+def _cleared(cache: Cache) -> str:
+    try:
+        return f"{cache.folder}: {cache.clear()} files removed"
+    except OSError as error:
+        raise OutputError(f"{cache.folder}: cannot be emptied: {error.strerror}") from error
+
+
+def size_words(size: int) -> str:
+    """Bytes in a unit that suits them."""
+    for factor, unit in ((2**30, "GiB"), (2**20, "MiB")):
+        if size >= factor:
+            return f"{size / factor:.3g} {unit}"
+    return f"{size / 2**10:.3g} KiB"

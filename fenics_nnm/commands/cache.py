@@ -7,6 +7,7 @@ import argparse
 from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show
 from fenics_nnm.errors import OutputError
 from fenics_nnm.files.cache import OFF, VARIABLE, Cache, cache_of_user
+from fenics_nnm.files.sizes import size_words
 
 
 def add_to(commands: Commands) -> None:
@@ -42,11 +43,3 @@ def _cleared(cache: Cache) -> str:
         return f"{cache.folder}: {cache.clear()} files removed"
     except OSError as error:
         raise OutputError(f"{cache.folder}: cannot be emptied: {error.strerror}") from error
-
-
-def size_words(size: int) -> str:
-    """Bytes in a unit that suits them."""
-    for factor, unit in ((2**30, "GiB"), (2**20, "MiB")):
-        if size >= factor:
-            return f"{size / factor:.3g} {unit}"
-    return f"{size / 2**10:.3g} KiB"

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fenics_nnm.commands.place import place_line
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -117,7 +118,7 @@ def _campbell(arguments: argparse.Namespace) -> int:
             f"{_order_name(each.order, lobes)} meets {each.line} at {each.speed:.6g} rad/s "
             f"({each.speed * 30 / math.pi:.6g} rpm), {each.frequency:.6g} Hz",
         )
-    show(console, f"results in {folder}")
+    show(console, place_line(folder))
     missing = list(_missing(points))
     if comm.rank == 0:
         for line in missing:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from fenics_nnm.commands.place import place_line
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -55,5 +56,5 @@ def _convergence(arguments: argparse.Namespace) -> int:
         on_root(comm, write_convergence, folder, found, title=study.title)
     for line in convergence_lines(found):
         show(console, line)
-    show(console, f"results in {folder}")
+    show(console, place_line(folder))
     return DONE if found.complete else INCOMPLETE

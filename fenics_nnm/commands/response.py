@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fenics_nnm.commands.place import place_line
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -67,7 +68,7 @@ def _response(arguments: argparse.Namespace) -> int:
         show(console, line)
     for reason in short_of(found.backbone):
         show(console, f"damped backbone: {reason}")
-    show(console, f"results in {folder}")
+    show(console, place_line(folder))
     if comm.rank == 0:
         for line in done.missing:
             complain(f"incomplete: {line}")

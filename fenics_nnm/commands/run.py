@@ -52,24 +52,27 @@ def add_to(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
-    from fenics_nnm.results.folder import assert_replaceable
+    from fenics_nnm.commands.place import place_line
+    from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.results.folder import assert_replaceable, older_results
     from fenics_nnm.run import run_study
 
     study, text = asked_study(arguments)
     console = console_of(MPI.COMM_WORLD)
     folder = arguments.output or study.output.folder or Path("results") / arguments.study.stem
     assert_replaceable(folder, [arguments.study])
+    older = "" if arguments.resume else on_root(MPI.COMM_WORLD, older_results, folder)
     with terminable(), stages_of(console, arguments) as stages:
         result = run_study(study, text, folder, resume=arguments.resume, stages=stages)
-    if console.is_terminal:
-        console.print(result_table(result, study))
-        for encounter in result.branch.encounters:
-            show(console, _line(encounter))
-        for line in (result.message, stability_line(result.branch.points)):
-            if line:
-                show(console, line)
-        closing = f"{result.branch.reason}; results in {result.folder}"
-        show(console, closing)
+    console.print(result_table(result, study))
+    for encounter in result.branch.encounters:
+        show(console, _line(encounter))
+    for line in (result.message, stability_line(result.branch.points)):
+        if line:
+            show(console, line)
+    show(console, f"{result.branch.reason}; {place_line(result.folder)}")
+    if older:
+        show(console, f"they replace {older}")
     if not result.branch.complete:
         if MPI.COMM_WORLD.rank == 0:
             complain(f"incomplete: {result.branch.reason}")

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fenics_nnm.commands.place import place_line
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -106,7 +107,7 @@ def _simulate(arguments: argparse.Namespace) -> int:
     console.print(simulation_table(structure, found, study.title))
     if found.settled:
         show(console, f"The motion {found.settled}.")
-    show(console, f"results in {folder}")
+    show(console, place_line(folder))
     if found.failure and comm.rank == 0:
         complain(f"incomplete: {found.failure}")
     return INCOMPLETE if found.failure else DONE

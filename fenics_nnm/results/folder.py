@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from datetime import datetime
 from pathlib import Path
 
 import h5py
@@ -39,6 +40,24 @@ def assert_replaceable(folder: Path, inputs: Iterable[Path]) -> None:
             f"output folder {folder}: has {', '.join(there)} that no run of this program has "
             "written: must be another folder, or these be moved away"
         )
+
+
+def older_results(folder: Path) -> str:
+    """The results in a folder that a run replaces, in words; empty if there are none."""
+    there = [name for name in RESULTS if _exists(folder / name)]
+    if not there:
+        return ""
+    newest = max((folder / name).stat().st_mtime for name in there)
+    when = datetime.fromtimestamp(newest).strftime("%Y-%m-%d %H:%M")
+    return f"{_run_in_words(folder / 'summary.json')} of {when} in {folder}: {', '.join(there)}"
+
+
+def _run_in_words(path: Path) -> str:
+    """What is known of a run by its summary."""
+    if not _is_summary(path):
+        return "the results"
+    held = json.loads(path.read_bytes())
+    return f'"{held.get("title") or "no title"}", {held.get("points", 0)} points,'
 
 
 def _exists(path: Path) -> bool:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import io
+from threading import Event
 
 import numpy as np
+import pytest
 from rich.console import Console
 
-from fenics_nnm.progress import Lines, duration, progress
+from fenics_nnm.progress import WHAT, Lines, duration, progress
 from fenics_nnm.structure.expected_time import Costs, expectation
 
 
@@ -28,9 +30,38 @@ def test_a_long_stage_tells_how_far_it_is_and_a_short_one_nothing() -> None:
         now[0] = at
         lines.hear(name, done)
     assert told == [
-        "backbone: 25% after 30 s, about 2 min left",
-        "backbone: 50% after 2 min, about 2 min left",
+        f"backbone ({WHAT['backbone']}): 25% after 30 s, about 2 min left",
+        f"backbone ({WHAT['backbone']}): 50% after 2 min, about 2 min left",
     ]
+
+
+def test_a_stage_that_reports_nothing_is_told_of_every_half_minute() -> None:
+    told: list[str] = []
+    now = [0.0]
+    lines = Lines(told.append, clock=lambda: now[0])
+    lines.tick()  # before the first stage
+    lines.hear("mesh", 0.0)
+    for at in (10, 31, 50, 62):
+        now[0] = at
+        lines.tick()
+    lines.hear("mesh", 1.0)
+    now[0] = 200
+    lines.tick()
+    assert told == [f"mesh ({WHAT['mesh']}): not done after {n} s" for n in (31, 62)]
+
+
+def test_the_clock_goes_on_beside_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fenics_nnm.progress._PATIENCE", 0.02)
+    monkeypatch.setattr("fenics_nnm.progress._PAUSE", 0.01)
+    told, heard = [], Event()
+
+    def tell(line: str) -> None:
+        told.append(line)
+        heard.set()
+
+    with progress(Console(file=io.StringIO()), tell) as stages, stages.stage("modes"):
+        assert heard.wait(10)
+    assert told[0].startswith("modes (linear modes")
 
 
 def test_lines_go_where_there_is_no_terminal_and_none_from_a_quiet_rank() -> None:

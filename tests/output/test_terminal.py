@@ -107,6 +107,20 @@ def test_points_without_a_check_in_time_are_warned_of(caplog: pytest.LogCaptureF
     assert "nan" not in message
 
 
+def test_a_run_shows_its_table_and_place_without_a_terminal(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    first = command("run", study_file(), "--output", "out")
+    lines = first.out.splitlines()
+    assert sum(bool(re.match(r" +1\.1 +\d+\.\d{4} ", line)) for line in lines) == 1  # report_at
+    assert re.search(r"^reached gamma ratio 1.1; results in out \([\d.]+ [kM]B\)$", lines[-1])
+    assert first.err == ""
+    again = command("run", study_file(), "--output", "out").out.splitlines()
+    assert again[:-1] == lines
+    assert again[-1].startswith('they replace "Small rod", 4 points, of 20')
+    assert again[-1].endswith("in out: branch.h5, backbone.csv, summary.json, backbone.png, fields")
+
+
 def test_verbose_tells_stages_and_points(
     study_file: StudyFile, command: Command, caplog: Any
 ) -> None:
@@ -141,8 +155,8 @@ def test_help_lists_the_commands_in_the_order_of_their_use(
         command("--help")
     assert ended.value.code == 0
     told = capfd.readouterr().out
-    names = "new check run plot export report convergence sweep response simulate campbell".split()
-    assert re.findall(r"^    ([a-z]+) ", told, re.MULTILINE) == names
+    names = "new check run plot export report convergence sweep response simulate campbell"
+    assert re.findall(r"^    ([a-z]+) ", told, re.MULTILINE) == [*names.split(), "cache"]
     (example,) = (line for line in told.splitlines() if "&&" in line)
     assert [part.split()[1] for part in example.split("&&")] == ["new", "run", "report"]
 

@@ -1,3 +1,4 @@
+# Any make will do: there is nothing of GNU's make here. GNU's rm and find are those of Linux.
 # Everything runs through environment/run, which finds or builds an environment
 # with dolfinx and all other tools; see "environment/run --help".
 
@@ -18,7 +19,7 @@ ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.p
 
 .PHONY: help demo pictures journeys kinds test test-next lint clean distclean verify verify-studies \
     verify-random verify-fuzz verify-viewers look image image-check \
-    docs docs-links
+    docs docs-links dist
 
 help:
 	@echo 'make demo         run the demonstrations: the rod, then the blade of NASA rotor 37, at speed and at rest'
@@ -30,6 +31,7 @@ help:
 	@echo 'make lint         run only the checks of the source'
 	@echo 'make docs         build the docs as a site, links checked, in results/site/html'
 	@echo 'make docs-links   look whether links to other sites still lead somewhere'
+	@echo 'make dist         build sdist and wheel in dist/, and try them outside the checkout'
 	@echo 'make image        build the container image fenics-nnm'
 	@echo 'make image-check  build the image and run a small study in it'
 	@echo 'make clean        remove caches and results'
@@ -152,6 +154,9 @@ lint:
 	$(RUN) ruff check
 	$(RUN) ruff format --check
 	$(RUN) mypy fenics_nnm
+
+dist:
+	$(RUN) environment/wheel-check dist
 
 image:
 	environment/image-check --build-only

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show
 from fenics_nnm.errors import OutputError
-from fenics_nnm.files.cache import OFF, VARIABLE, Cache, cache_of_user
 from fenics_nnm.files.sizes import size_words
+
+if TYPE_CHECKING:
+    from fenics_nnm.files.cache import Cache
 
 
 def add_to(commands: Commands) -> None:
@@ -22,6 +25,7 @@ def _cache(arguments: argparse.Namespace) -> int:
     from mpi4py import MPI
 
     from fenics_nnm.fem.parallel import on_root
+    from fenics_nnm.files.cache import OFF, VARIABLE, cache_of_user
 
     cache = cache_of_user()
     words = f"the cache is off: {VARIABLE} is {OFF}"

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fenics_nnm.errors import StudyError
-from fenics_nnm.files.cache import turn_off
 from fenics_nnm.stages import Stages
 
 if TYPE_CHECKING:
@@ -33,6 +32,8 @@ class _NoCache(argparse.Action):
         super().__init__(nargs=0, **given)
 
     def __call__(self, *given: object) -> None:
+        from fenics_nnm.files.cache import turn_off
+
         turn_off()
 
 

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.results.folder import assert_replaceable
-from fenics_nnm.running.auto_report import advice_of, message_of, warn_of
+from fenics_nnm.running.auto_report import message_of, warn_of
 from fenics_nnm.running.claiming import claimed
 from fenics_nnm.running.families_report import warn_of_families
 from fenics_nnm.running.following import follow
@@ -75,7 +75,7 @@ def run_study(
         ready, branch = follow(prepare(job, staging))
         place, summary = publish(ready, branch)
     if comm.rank == 0:
-        warn_of_points(branch, advice_of(ready.chosen))
+        warn_of_points(branch)
         warn_of_families(branch)
         warn_of(ready.chosen, branch)
     return RunResult(place, branch, summary, message_of(ready.chosen, branch))

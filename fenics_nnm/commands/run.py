@@ -70,6 +70,8 @@ def _run(arguments: argparse.Namespace) -> int:
     for line in (result.message, stability_line(result.branch.points)):
         if line:
             show(console, line)
+    for line in result.summary["advice"]:
+        show(console, f"next: {line}")
     show(console, f"{result.branch.reason}; {place_line(result.folder)}")
     if older:
         show(console, f"they replace {older}")

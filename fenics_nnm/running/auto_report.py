@@ -12,7 +12,6 @@ from fenics_nnm.backbone.verdict import contradicted
 from fenics_nnm.resolution.accuracy import SOURCES, Accuracy
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.resolution.finer import needed
-from fenics_nnm.running.trust import RAISE
 
 logger = logging.getLogger(__name__)
 
@@ -56,16 +55,6 @@ def message_of(chosen: Choice, branch: Branch) -> str:
         f"{chosen.study.resolution}: expected error of the frequency {found.total:.1e} {_at(found)}"
         f" (tolerance {chosen.study.tolerance:g})" + (f", but {doubt}" if doubt else "")
     )
-
-
-def advice_of(chosen: Choice) -> str:
-    """What to do about points that failed, where these numbers did not suffice."""
-    automatic, found = chosen.asked.automatic, chosen.study.resolution
-    numbers = [name for name in ("harmonics", "samples") if name in automatic]
-    if not numbers:
-        return RAISE
-    larger = " and ".join(f"mode.{name} above {getattr(found, name)}" for name in numbers)
-    return f'give {larger} in place of "auto", whose estimates do not hold here'
 
 
 def doubt_of(branch: Branch) -> str:

@@ -20,6 +20,7 @@ from fenics_nnm.backbone.point import VERIFIED
 from fenics_nnm.backbone.point_numbers import damping_needed, return_error
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.resolution.auto import Choice
+from fenics_nnm.running.advice import advice
 from fenics_nnm.running.auto_report import summary_of
 from fenics_nnm.running.families_report import families_in_summary
 from fenics_nnm.structure.coriolis import coriolis_words
@@ -80,6 +81,7 @@ def run_summary(
         "points": len(branch.points),
         "statuses": dict(Counter(point.status for point in branch.points)),
         "not_verified": _not_verified(branch),
+        "advice": list(advice(chosen, branch)),
         "events": [
             {"kind": p.notes.event, "position": p.position, "gamma_ratio": p.gamma_ratio}
             for p in branch.points

@@ -9,16 +9,9 @@ import numpy as np
 
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import CONVERGED, FAILED, RESONANT, STATUSES, BranchPoint
-from fenics_nnm.backbone.point_numbers import reduction_error, return_error
-from fenics_nnm.backbone.verdict import LARGEST_REDUCTION_ERROR
+from fenics_nnm.backbone.point_numbers import return_error
 
 logger = logging.getLogger(__name__)
-
-#: What to do about points that failed, where the numbers of a study were given.
-RAISE = "raise mode.harmonics and mode.samples"
-
-#: The same where it is the reduction that is expected to put their frequencies off.
-MORE_MODES = "raise reduction.modes"
 
 
 def log_warnings(lines: Iterable[str]) -> None:
@@ -27,22 +20,16 @@ def log_warnings(lines: Iterable[str]) -> None:
         logger.warning("%s", line)
 
 
-def warn_of_points(branch: Branch, advice: str = RAISE) -> None:
-    """Say which points are not to be trusted as they are.
-
-    Args:
-        branch: Branch.
-        advice: What to do about points that failed.
-    """
+def warn_of_points(branch: Branch) -> None:
+    """Say which points are not to be trusted as they are; `running.advice` says what to try."""
     total = len(branch.points)
     by_status = {status: [p for p in branch.points if p.status == status] for status in STATUSES}
     if failed := by_status[FAILED]:
         logger.warning(
-            "%d of %d points failed the check in time: %s; %s",
+            "%d of %d points failed the check in time: %s",
             len(failed),
             total,
             _first_reason(failed),
-            MORE_MODES if all(map(_lacks_modes, failed)) else advice,
         )
     if resonant := by_status[RESONANT]:
         logger.warning(
@@ -61,11 +48,6 @@ def warn_of_points(branch: Branch, advice: str = RAISE) -> None:
             total,
             _first_reason(converged),
         )
-
-
-def _lacks_modes(point: BranchPoint) -> bool:
-    """Whether the reduction puts the frequency of a point too far off."""
-    return abs(reduction_error(point)) > LARGEST_REDUCTION_ERROR
 
 
 def _first_reason(points: list[BranchPoint]) -> str:

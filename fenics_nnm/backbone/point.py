@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fenics_nnm.arrays import Complex
+from fenics_nnm.backbone.extremes import UNKNOWN, Extremes
 from fenics_nnm.mechanics.light_damping import Sustained
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.nonlinear.reduction_error import ReductionError
@@ -196,6 +197,7 @@ class BranchPoint:
         stability: Stability of that motion; None if it is not known.
         verdict: What may be believed; None before the point is judged.
         sustained: What the damping of the study takes; None without damping.
+        extremes: Largest displacement, stress and contact force; unknown before they are measured.
     """
 
     position: float
@@ -209,6 +211,7 @@ class BranchPoint:
     stability: FloquetStability | None = None
     verdict: Verdict | None = None
     sustained: Sustained | None = None
+    extremes: Extremes = UNKNOWN
 
     @property
     def gamma_ratio(self) -> float:

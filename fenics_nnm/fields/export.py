@@ -17,7 +17,7 @@ from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.driven import of_response
-from fenics_nnm.fields.files import write_motions
+from fenics_nnm.fields.files import Shown, write_motions
 from fenics_nnm.fields.named import of_branch
 from fenics_nnm.response.point import ResponsePoint
 from fenics_nnm.response.reported import nearest
@@ -63,8 +63,7 @@ def export(
             folder,
             partial(read_stored_branch, file),
             of_branch(points),
-            fields=fields,
-            frames=frames,
+            shown=Shown(fields, frames),
             comm=comm,
             on_progress=on_progress,
         )
@@ -119,8 +118,7 @@ def export_response(
             folder,
             partial(response_file.read_body, file),
             of_response(stored.header, points, numbers, stored.gap_motion),
-            fields=fields,
-            frames=frames,
+            shown=Shown(fields, frames),
             comm=comm,
             on_progress=on_progress,
         )

@@ -8,6 +8,7 @@ computed together does not depend on the number of ranks, so that files do not e
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -19,9 +20,10 @@ from fenics_nnm.fem.parallel import beside_root, each_own, on_root
 from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.body import field_body
 from fenics_nnm.fields.frames import Frames
+from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.fields.motion import Motion, MotionFiles, batches
 from fenics_nnm.fields.named import NamedMotion
-from fenics_nnm.fields.parts import compact_parts
+from fenics_nnm.fields.parts import NODES_OF_PART, compact_parts
 from fenics_nnm.fields.shapes import motion_shapes
 from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.fields.surface import contact_surface
@@ -33,9 +35,6 @@ from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
 #: Gaps that differ by less than this part of their range are the same: in contact all are zero.
 _TIE = 1e-9
 
-#: Nodes of a part of the body, at most.
-_NODES_OF_PART = 8192
-
 #: Name of the table of stresses while files are written.
 _TABLE = ".stresses"
 
@@ -46,13 +45,27 @@ Task = Callable[[], None]
 """Something that one rank does alone."""
 
 
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What is shown of motions.
+
+    Attributes:
+        fields: Fields wanted.
+        frames: Frames of a period.
+        bases: Stresses of their shapes that are known already, on some ranks.
+    """
+
+    fields: Sequence[FieldName]
+    frames: int
+    bases: KeptBases = field(default_factory=KeptBases)
+
+
 def write_motions(
     folder: Path,
     read: Reader,
     motions: Sequence[NamedMotion],
     *,
-    fields: Sequence[FieldName],
-    frames: int,
+    shown: Shown,
     comm: MPI.Intracomm,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> None:
@@ -64,8 +77,7 @@ def write_motions(
         folder: Folder to write to; it has no such files yet.
         read: Reads the mesh and the shapes that the motions are made of.
         motions: The motions, the same on all ranks.
-        fields: Fields wanted.
-        frames: Frames of a period.
+        shown: What is shown of them.
         comm: Communicator of the ranks.
         on_progress: Called with the part done.
 
@@ -76,7 +88,7 @@ def write_motions(
     if not motions:
         return
     own, count = beside_root(comm)
-    writers = each_own(comm, (_motion_files(folder, read(), motions, fields, frames) for _ in own))
+    writers = each_own(comm, (_motion_files(folder, read(), motions, shown) for _ in own))
     first, done = writers[0].rows.count if writers else 0, 0.0
     listed = [Motion(motion, number * first) for number, motion in enumerate(motions)]
     on_root(comm, lambda: writers[0].begin(listed))
@@ -91,13 +103,12 @@ def _motion_files(
     folder: Path,
     branch: StoredBranch,
     motions: Sequence[NamedMotion],
-    fields: Sequence[FieldName],
-    count: int,
+    shown: Shown,
 ) -> MotionFiles:
     body = field_body(branch)
-    frames = Frames(count, reversible=not branch.series.free_phase)
-    rows = StressRows(fields, frames, beside_linear=not branch.driven)
-    parts = compact_parts(body.mesh.nodes, _NODES_OF_PART)
+    frames = Frames(shown.frames, reversible=not branch.series.free_phase)
+    rows = StressRows(shown.fields, frames, beside_linear=not branch.driven)
+    parts = compact_parts(body.mesh.nodes, NODES_OF_PART)
     return MotionFiles(
         folder=folder,
         shapes=motion_shapes(branch, [motion.point for motion in motions]),
@@ -105,6 +116,7 @@ def _motion_files(
         surface=contact_surface(branch),
         rows=rows,
         table=PartTable(folder / _TABLE, parts, len(motions) * rows.count),
+        bases=shown.bases,
     )
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.fields.body import FieldBody
 from fenics_nnm.fields.frames import Frames
+from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.fields.named import NamedMotion
 from fenics_nnm.fields.shapes import MotionShapes
 from fenics_nnm.fields.stress_basis import stress_basis
@@ -84,6 +86,7 @@ class MotionFiles:
         surface: Its contact surface.
         rows: The fields wanted, and which rows the table has of a motion.
         table: Stresses, one motion after the other.
+        bases: Stresses of the shapes that are known already.
     """
 
     folder: Path
@@ -92,6 +95,7 @@ class MotionFiles:
     surface: ContactSurface
     rows: StressRows
     table: PartTable
+    bases: KeptBases = field(default_factory=KeptBases)
 
     @property
     def has_body(self) -> bool:
@@ -132,7 +136,8 @@ class MotionFiles:
         Raises:
             OSError: if they cannot be written.
         """
-        basis = stress_basis(self.body, self.shapes, self.table.parts[part])
+        make = partial(stress_basis, self.body, self.shapes, self.table.parts[part])
+        basis = self.bases.get(part, make)
         for motion in motions:
             self.table.put(part, motion.first, self.rows.at(basis, motion.point))
 

@@ -6,6 +6,9 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 
+#: Nodes of a part of a body, at most.
+NODES_OF_PART = 8192
+
 #: More parts than this are made a multiple of it, so that two or four ranks have equally many.
 _ALIKE = 4
 

@@ -38,7 +38,7 @@ class StressBasis:
     stresses: Array
     steady: Array
 
-    def stress(self, amounts: Array, nodes: slice = slice(None)) -> Array:
+    def stress(self, amounts: Array, nodes: slice | Indices = slice(None)) -> Array:
         """Stress in Pa of amounts (k, shapes) at nodes of the part, shape (k, nodes, 6)."""
         changes = np.tensordot(amounts, self.stresses[..., nodes], 1)
         if self.steady.size:

@@ -12,7 +12,7 @@ from typing import Any
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.materials.elasticity import Isotropic, Orthotropic
-from fenics_nnm.materials.material import Material
+from fenics_nnm.materials.material import STRENGTHS, Material
 from fenics_nnm.materials.orientation import XYZ, Orientation
 
 
@@ -51,4 +51,11 @@ def _material(name: str, values: dict[str, Any]) -> Material:
         law = Isotropic(values["young"], values["poisson"])
     expansion = values["expansion"]
     along = tuple(expansion) if isinstance(expansion, list) else (expansion,) * 3
-    return Material(law, values["density"], name=name, source=values["source"], expansion=along)
+    return Material(
+        law,
+        values["density"],
+        name=name,
+        source=values["source"],
+        expansion=along,
+        **{key: values[key] for key in (*STRENGTHS, "strength_source") if key in values},
+    )

@@ -38,16 +38,23 @@ class DisplacementBasis:
             series: Series that it is written in.
             motion: Motion.
         """
+        return self.largest_at(model, series, motion)[0]
+
+    def largest_at(self, model: ReducedModel, series: Series, motion: Motion) -> tuple[float, int]:
+        """The same, and the number of the node from 0."""
         phase = 2 * np.pi * np.arange(_INSTANTS) / _INSTANTS
         q = series.basis_at(phase) @ motion.q
         forces = forces_at(model, series, motion, phase)
         masters = model.kinematics.masters
         pairs = Pairs.of(len(masters)).products(q[:, masters])
-        return max(self._largest(q[s], forces[s], pairs[s]) for s in range(_INSTANTS))
+        found = (self._largest(q[s], forces[s], pairs[s]) for s in range(_INSTANTS))
+        return max(found, key=lambda each: each[0])
 
-    def _largest(self, q: Array, force: Array, products: Array) -> float:
-        """Largest distance at an instant."""
+    def _largest(self, q: Array, force: Array, products: Array) -> tuple[float, int]:
+        """Largest distance at an instant, and its node."""
         moved = np.tensordot(q, self.shapes, 1) - np.tensordot(force, self.residual, 1)
         if len(products):
             moved += np.tensordot(products, self.bent, 1)
-        return float(np.sqrt(np.max(np.sum(moved**2, axis=-1))))
+        square = np.sum(moved**2, axis=-1)
+        node = int(np.argmax(square))
+        return float(np.sqrt(square[node])), node

@@ -31,8 +31,14 @@ Layout (SI units):
     /inertia/000000 ...  harmonics in m, (N + 1, nodes, dim), of the displacement that full order
                          adds to the point at the attribute position, if it has ParaView files
     /points/000000 ...   q (N + 1, J), force (m // 2 + 1, n_c), free (N + 1, n_c), multipliers
-                         (2 J - 2, complex; none if not known); attributes: scalars of the point;
-                         by position
+                         (2 J - 2, complex; none if not known); extremes, rows of value, node (from
+                         0), x, y, z in m: largest displacement in m; von Mises stress in Pa away
+                         from singular places, and anywhere; the same of the largest principal
+                         stress; margins of yield and of Goodman's line; extreme_numbers: contact
+                         force in N, impulse in N s, 99.9 % quantiles of both stresses, kinds of the
+                         places of both largest ones; extreme_patches (patches, 3): displacement in
+                         m, force, impulse of each (all three empty if they were not measured);
+                         attributes: scalars of the point; by position
 
 The file of a finished run has all of this. While a run goes on, and after it was killed, points
 are in the folder `branch.points` beside it (see `journal`), and `read` looks there. In the end it
@@ -185,4 +191,4 @@ def _point(group: h5py.Group) -> BranchPoint:
     scalars: dict[str, Any] = {name: group.attrs[name] for name in SCALARS if name in group.attrs}
     for name, value in scalars.items():
         scalars[name] = value.item() if isinstance(value, np.generic) else value
-    return point_from(scalars, {name: np.array(group[name]) for name in ARRAYS})
+    return point_from(scalars, {name: np.array(group[name]) for name in ARRAYS if name in group})

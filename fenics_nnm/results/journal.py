@@ -116,7 +116,7 @@ def _unpacked(data: bytes) -> BranchPoint | None:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             scalars = json.loads(file["scalars"].tobytes())
-            return point_from(scalars, {name: file[name] for name in ARRAYS})
+            return point_from(scalars, {name: file[name] for name in ARRAYS if name in file})
     except Exception:  # zip files can be broken in many ways
         return None
 

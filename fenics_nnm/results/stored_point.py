@@ -13,6 +13,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Complex
 from fenics_nnm.backbone import point_numbers as numbers
+from fenics_nnm.backbone.extremes import packed, unpacked
 from fenics_nnm.backbone.point import (
     FREQUENCY_RATIO,
     GAMMA_RATIO,
@@ -93,6 +94,16 @@ ARRAYS: dict[str, Callable[[BranchPoint], Array | Complex]] = {
     "multipliers": lambda point: (
         point.stability.multipliers if point.stability else _NO_MULTIPLIERS
     ),
+    "extremes": lambda point: packed(point.extremes)["extremes"],
+    "extreme_numbers": lambda point: packed(point.extremes)["extreme_numbers"],
+    "extreme_patches": lambda point: packed(point.extremes)["extreme_patches"],
+}
+
+#: Arrays that files of earlier versions lack, of points that were not measured.
+ADDED_ARRAYS: dict[str, Array] = {
+    "extremes": np.empty((0, 5)),
+    "extreme_numbers": np.empty(0),
+    "extreme_patches": np.empty((0, 3)),
 }
 
 
@@ -114,6 +125,7 @@ def point_from(scalars: Mapping[str, Any], arrays: Mapping[str, Any]) -> BranchP
     """
     verified = scalars["status"] == VERIFIED
     scalars = {**ADDED, "confirmed": verified, **scalars}
+    arrays = {**ADDED_ARRAYS, **arrays}
     return BranchPoint(
         position=scalars["position"],
         at={name: scalars[name] for name in (GAMMA_RATIO, FREQUENCY_RATIO)},
@@ -126,6 +138,7 @@ def point_from(scalars: Mapping[str, Any], arrays: Mapping[str, Any]) -> BranchP
         stability=_stability(scalars, arrays),
         verdict=_verdict(scalars),
         sustained=_sustained(scalars),
+        extremes=unpacked(*(arrays[name] for name in ADDED_ARRAYS)),
     )
 
 

@@ -6,10 +6,12 @@ import csv
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 from typing import Any
 
 from fenics_nnm.backbone import point_numbers as numbers
+from fenics_nnm.backbone.extremes import Extremes, PatchExtremes
 from fenics_nnm.backbone.point import BranchPoint
 
 #: Errors below this are round-off, and printed as zero.
@@ -42,6 +44,47 @@ def _error(of: Callable[[BranchPoint], float]) -> Column:
     """A column of relative errors, of which few digits are known."""
     return Column(of, digits=4, round_off=_ROUND_OFF)
 
+
+def _known(of: Callable[[Extremes], float], digits: int = 10) -> Column:
+    """A column of numbers that are not known of every point, with empty cells there."""
+
+    def printed(point: BranchPoint) -> str:
+        value = of(point.extremes)
+        return "" if isnan(value) else f"{value:.{digits}g}"
+
+    return Column(printed)
+
+
+def _text(of: Callable[[Extremes], str]) -> Column:
+    return Column(lambda point: of(point.extremes))
+
+
+#: Columns of the extremes of a point.
+EXTREMES = {
+    "displacement_m": _known(lambda own: own.displacement.value),
+    "displacement_node": _text(
+        lambda own: str(own.displacement.node) if own.displacement.known else ""
+    ),
+    "displacement_place_m": _text(lambda own: own.displacement.at),
+    "patch_displacement_m": _known(lambda own: own.patch_displacement),
+    "contact_force_N": _known(lambda own: own.force),
+    "contact_impulse_Ns": _known(lambda own: own.impulse),
+    "von_mises_Pa": _known(lambda own: own.von_mises.away.value),
+    "von_mises_place_m": _text(lambda own: own.von_mises.away.at),
+    "von_mises_quantile_Pa": _known(lambda own: own.von_mises.quantile),
+    "von_mises_anywhere_Pa": _known(lambda own: own.von_mises.anywhere.value),
+    "von_mises_anywhere_place_m": _text(lambda own: own.von_mises.anywhere.at),
+    "von_mises_anywhere_kind": _text(lambda own: own.von_mises.kind),
+    "principal_Pa": _known(lambda own: own.principal.away.value),
+    "principal_place_m": _text(lambda own: own.principal.away.at),
+    "principal_quantile_Pa": _known(lambda own: own.principal.quantile),
+    "principal_anywhere_Pa": _known(lambda own: own.principal.anywhere.value),
+    "principal_anywhere_place_m": _text(lambda own: own.principal.anywhere.at),
+    "principal_anywhere_kind": _text(lambda own: own.principal.kind),
+    "yield_margin": _known(lambda own: own.yield_margin.value, digits=6),
+    "goodman_margin": _known(lambda own: own.goodman_margin.value, digits=6),
+    "beyond": _text(lambda own: own.beyond),
+}
 
 #: Columns of backbone.csv and where each comes from; other programs rely on the names.
 COLUMNS = {
@@ -80,6 +123,14 @@ COLUMNS = {
     "damping_needed": Column(numbers.damping_needed, digits=4),
     "damping_ratio": Column(numbers.damping_ratio),
     "resonance_force_N": Column(numbers.resonance_force),
+    **EXTREMES,
+}
+
+#: Columns of each patch where there are several, with its number before each.
+OF_PATCHES: dict[str, Callable[[PatchExtremes], float]] = {
+    "displacement_m": lambda patch: patch.displacement,
+    "contact_force_N": lambda patch: patch.force,
+    "contact_impulse_Ns": lambda patch: patch.impulse,
 }
 
 
@@ -89,11 +140,24 @@ def write_backbone(path: Path, points: Iterable[BranchPoint]) -> None:
     Raises:
         OSError: if it cannot be written.
     """
+    points = tuple(points)
+    patches = max((len(point.extremes.patches) for point in points), default=0)
+    patches = patches if patches > 1 else 0
+    names = [f"patch{number + 1}_{name}" for number in range(patches) for name in OF_PATCHES]
     with path.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["point", *COLUMNS])
+        writer.writerow(["point", *COLUMNS, *names])
         for number, point in enumerate(points, start=1):
-            writer.writerow([number, *(column.printed(point) for column in COLUMNS.values())])
+            own = (column.printed(point) for column in COLUMNS.values())
+            writer.writerow([number, *own, *_of_patches(point, patches)])
+
+
+def _of_patches(point: BranchPoint, count: int) -> list[str]:
+    """What each of several patches sees; empty where it is not known."""
+    if len(point.extremes.patches) < count:
+        return [""] * (count * len(OF_PATCHES))
+    own = point.extremes.patches[:count]
+    return [f"{of(patch):.10g}" for patch in own for of in OF_PATCHES.values()]
 
 
 def write_summary(path: Path, summary: dict[str, Any]) -> None:

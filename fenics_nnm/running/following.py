@@ -18,6 +18,7 @@ from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.resolution.auto import improved
 from fenics_nnm.results import branch_file, journal
 from fenics_nnm.results.journal import Journal
+from fenics_nnm.running.measuring import measured
 from fenics_nnm.running.preparing import Ready
 from fenics_nnm.structure.light_damping import light_damping
 
@@ -83,6 +84,8 @@ def _solved(
     )
     if damping is not None:
         branch = branch.kept_up(damping, ready.chosen.prepared.balance.series)
+    with ready.job.stages.stage("stress"):
+        branch = measured(ready, branch)
     with uninterrupted():
         branch_file.finish(ready.staging.branch, branch)
     return branch

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from mpi4py import MPI
 
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.resolution.auto import Choice, choice
 from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.results.kept_mesh import KeptMesh, kept_mesh
@@ -87,6 +88,7 @@ class Ready:
         inputs: Digests of the files that the study names, by key.
         chosen: The study with all its numbers, and what is linear of it.
         warnings: What looks like a wrong unit or direction in the study, a line each.
+        bases: Stresses of shapes, kept on rank 0 from the measuring of points for their files.
     """
 
     job: Job
@@ -95,6 +97,7 @@ class Ready:
     inputs: Mapping[str, str]
     chosen: Choice
     warnings: tuple[str, ...] = ()
+    bases: KeptBases = field(default_factory=KeptBases)
 
     @property
     def header(self) -> BranchHeader:

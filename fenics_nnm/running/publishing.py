@@ -11,7 +11,7 @@ from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.harmonic import inertial_blocks
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.fields.files import write_motions
+from fenics_nnm.fields.files import Shown, write_motions
 from fenics_nnm.fields.linear import write_linear_modes
 from fenics_nnm.fields.named import of_branch
 from fenics_nnm.fields.state import write_state
@@ -77,8 +77,7 @@ def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
         folder,
         partial(read_stored_branch, file),
         of_branch(wanted),
-        fields=study.output.fields,
-        frames=study.output.frames,
+        shown=Shown(study.output.fields, study.output.frames, ready.bases),
         comm=comm,
         on_progress=ready.job.stages.report,
     )

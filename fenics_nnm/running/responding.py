@@ -16,7 +16,7 @@ from fenics_nnm.fem.blocks import Blocks, Data
 from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fields.driven import of_response
-from fenics_nnm.fields.files import write_motions
+from fenics_nnm.fields.files import Shown, write_motions
 from fenics_nnm.interrupts import uninterrupted
 from fenics_nnm.mechanics.moving_gap import GapMotion
 from fenics_nnm.output.response_lines import incomplete, kinematics_note, pieces, short_of
@@ -206,8 +206,7 @@ def _write_fields(
         folder,
         partial(response_file.read_body, place.file),
         of_response(header, found.points, numbers, gap_motion),
-        fields=job.study.output.fields,
-        frames=job.study.output.frames,
+        shown=Shown(job.study.output.fields, job.study.output.frames),
         comm=job.comm,
         on_progress=job.stages.report,
     )

@@ -22,6 +22,7 @@ from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.resolution.auto import Choice
 from fenics_nnm.running.advice import advice
 from fenics_nnm.running.auto_report import summary_of
+from fenics_nnm.running.extremes_report import largest_in_summary
 from fenics_nnm.running.families_report import families_in_summary
 from fenics_nnm.structure.coriolis import coriolis_words
 from fenics_nnm.structure.first_contact import FirstContact
@@ -93,6 +94,7 @@ def run_summary(
         "bifurcations_not_located": [list(g) for g in branch.bifurcations.unlocated],
         "largest_damping_needed": _largest_damping_needed(branch),
         "largest_return_error": _largest_return_error(branch),
+        **largest_in_summary(branch.points),
         "complete": branch.complete,
         "failures": _failures(prepared, branch),
         "reason": branch.reason,

@@ -7,6 +7,7 @@ import numpy as np
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.materials.elasticity import listed
+from fenics_nnm.materials.material import STRENGTHS, Material
 
 
 def material_lines(solid: Solid) -> list[str]:
@@ -22,7 +23,19 @@ def material_lines(solid: Solid) -> list[str]:
             lines.append(f"                 {material.orientation.words}")
         if material.source:
             lines.append(f"                 source: {material.source}")
+        lines += [f"                 {line}" for line in _strengths(material)]
     return lines
+
+
+def _strengths(material: Material) -> list[str]:
+    """Strengths of a material in MPa, those that are known, and their source."""
+    given = ((name, getattr(material, name)) for name in STRENGTHS)
+    known = [(name, value) for name, value in given if value]
+    if not known:
+        return ["strengths: not known (material.yield_strength, .fatigue_strength)"]
+    words = (f"{name.replace('_strength', '')} {value / 1e6:.6g} MPa" for name, value in known)
+    source = [f"from: {material.strength_source}"] if material.strength_source else []
+    return [f"strengths: {', '.join(words)}", *source]
 
 
 def attachment_lines(solid: Solid, interface: ContactInterface) -> list[str]:

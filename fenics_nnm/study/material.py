@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from fenics_nnm.materials.elasticity import Isotropic, Orthotropic
 from fenics_nnm.materials.library import library_material
-from fenics_nnm.materials.material import Material
+from fenics_nnm.materials.material import STRENGTHS, Material
 from fenics_nnm.materials.orientation import XYZ, Axes, Cylindrical, Orientation, euler_axes
 from fenics_nnm.study.record import (
     Coordinate,
@@ -18,6 +19,7 @@ from fenics_nnm.study.record import (
     Names,
     Positive,
     Record,
+    Stress,
     axis_vector,
 )
 
@@ -68,6 +70,16 @@ class OrientationSection(Record):
 
 class _MaterialSection(Record):
     cells: Names | None = Field(None, description="name of a group of cells, or a list of names")
+    yield_strength: Stress | None = Field(None, description="0.2 % yield strength in Pa")
+    tensile_strength: Stress | None = Field(None, description="tensile strength in Pa")
+    fatigue_strength: Stress | None = Field(
+        None, description="amplitude of fully reversed stress that is borne for long in Pa"
+    )
+
+    def _strong(self, material: Material) -> Material:
+        """A material with the strengths that are given in place of its own."""
+        given = {name: getattr(self, name) for name in STRENGTHS}
+        return replace(material, **{name: value for name, value in given.items() if value})
 
 
 class IsotropicSection(_MaterialSection):
@@ -82,7 +94,8 @@ class IsotropicSection(_MaterialSection):
     def material(self) -> Material:
         """The material that the section means."""
         expansion = None if self.expansion is None else (self.expansion,) * 3
-        return Material(Isotropic(self.young, self.poisson), self.density, expansion=expansion)
+        law = Isotropic(self.young, self.poisson)
+        return self._strong(Material(law, self.density, expansion=expansion))
 
 
 class OrthotropicSection(_MaterialSection):
@@ -108,7 +121,8 @@ class OrthotropicSection(_MaterialSection):
     def material(self) -> Material:
         """The material that the section means."""
         law = Orthotropic(self.young, self.poisson, self.shear)
-        return Material(law, self.density, _axes(self.orientation), expansion=self.expansion)
+        axes = _axes(self.orientation)
+        return self._strong(Material(law, self.density, axes, expansion=self.expansion))
 
 
 class NamedSection(_MaterialSection):
@@ -129,7 +143,7 @@ class NamedSection(_MaterialSection):
     @property
     def material(self) -> Material:
         """The material that the section means."""
-        return library_material(self.name, _axes(self.orientation))
+        return self._strong(library_material(self.name, _axes(self.orientation)))
 
 
 AnyMaterial = NamedSection | OrthotropicSection | IsotropicSection

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from pydantic_core import PydanticCustomError
 
 from fenics_nnm.errors import ModelError
+from fenics_nnm.geometry.amounts import InPascal
 from fenics_nnm.geometry.lengths import InMetres
 
 #: Numbers beyond these, in SI units, are misprints, and their squares cannot be computed with.
@@ -48,6 +49,9 @@ Place = Annotated[
     Field(min_length=1, max_length=3),
     FromList,
 ]
+
+#: A stress in Pa, or as a text with a unit.
+Stress = Annotated[Positive, InPascal]
 
 Name = Annotated[str, Field(min_length=1)]
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]

@@ -53,7 +53,12 @@ HEADER = (
     "harmonics_error,samples_error,error_remainder,resonance,skipped,event,"
     "return_error_10,energy_variation,energy_drift,tension_m,complementarity,"
     "shot_distance,shot_return_error,stability,reason,slope_ratio,"
-    "family,confirmed,damping_needed,damping_ratio,resonance_force_N"
+    "family,confirmed,damping_needed,damping_ratio,resonance_force_N,"
+    "displacement_m,displacement_node,displacement_place_m,patch_displacement_m,"
+    "contact_force_N,contact_impulse_Ns,von_mises_Pa,von_mises_place_m,von_mises_quantile_Pa,"
+    "von_mises_anywhere_Pa,von_mises_anywhere_place_m,von_mises_anywhere_kind,"
+    "principal_Pa,principal_place_m,principal_quantile_Pa,principal_anywhere_Pa,"
+    "principal_anywhere_place_m,principal_anywhere_kind,yield_margin,goodman_margin,beyond"
 )
 
 
@@ -104,7 +109,7 @@ def test_summary_says_how_large_and_how_long(results: Path) -> None:
     assert summary["points"] == 6
     assert summary["reason"] == "reached gamma ratio 1.6"
     parts = {"mesh", "assembly", "factors", "modes", "attachments", "second order"}
-    parts |= {"backbone", "output"}
+    parts |= {"backbone", "stress", "output"}
     assert parts == set(summary["timings"])
     assert all(seconds > 0 for seconds in summary["timings"].values())
     # a plane frequency known from elsewhere: Euler-Bernoulli within 1 %

@@ -1,0 +1,255 @@
+"""The largest displacement, stress and contact force of each point of a branch.
+
+Stresses are those of exported files: recovered at the nodes and sought at the same instants, so
+that the largest one is the largest one of peak_stress_RATIO.vtu.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.backbone.extremes import Extremes, PatchExtremes, Spot
+from fenics_nnm.fields.body import FieldBody, field_body
+from fenics_nnm.fields.frames import Frames
+from fenics_nnm.fields.invariants import von_mises
+from fenics_nnm.fields.kept_bases import KeptBases
+from fenics_nnm.fields.largest import Largest, Nodes
+from fenics_nnm.fields.parts import NODES_OF_PART, compact_parts
+from fenics_nnm.fields.peak import largest_tension
+from fenics_nnm.fields.screening import (
+    LengthScreen,
+    StressScreen,
+    length_screen,
+    stress_screen,
+    with_largest,
+)
+from fenics_nnm.fields.shapes import MotionShapes, motion_shapes
+from fenics_nnm.fields.singular import singular_kinds
+from fenics_nnm.fields.strength import Strengths
+from fenics_nnm.fields.stress_basis import StressBasis, stress_basis
+from fenics_nnm.mechanics.motion import Motion
+from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
+
+#: The largest contact force is sought at so many instants a sample.
+_FINER = 4
+
+
+@dataclass(frozen=True, slots=True)
+class _Placed:
+    """A motion that has no place on a branch."""
+
+    motion: Motion
+    position: float = float("nan")
+
+
+@dataclass(slots=True)
+class _Stresses:
+    """Largest stresses of one point, and how near they come to what materials bear."""
+
+    mises: Largest
+    principal: Largest
+    yields: Largest
+    goodman: Largest
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A part of the body with the stresses of shapes."""
+
+    basis: StressBasis
+    screen: StressScreen
+    nodes: Nodes
+    static: Array  # (n, 6), stress of the state of rest
+
+
+@dataclass(frozen=True, slots=True)
+class ExtremesOf:
+    """Finds extremes of motions of a branch with a mesh.
+
+    Attributes:
+        branch: Branch; its points are not needed.
+        body: Its body.
+        shapes: What its motions are made of.
+        kinds: Number in `KINDS` of each node of the body.
+        region: Number of the material of each.
+        strengths: Strengths of the materials.
+        phase: Instants at which displacement and stress are sought, as phases.
+        patches: Nodes of each contact patch.
+        lengths: Displacements of the shapes.
+        bases: Keeps stresses of the shapes.
+    """
+
+    branch: StoredBranch
+    body: FieldBody
+    shapes: MotionShapes
+    kinds: Indices
+    region: Indices
+    strengths: Strengths
+    phase: Array
+    patches: tuple[Indices, ...]
+    lengths: LengthScreen
+    bases: KeptBases
+
+    def of(self, points: Sequence[PlacedMotion]) -> tuple[Extremes, ...]:
+        """Extremes of points, in their order."""
+        amounts = [self.shapes.amounts(point, self.phase) for point in points]
+        moved = [self._moved(each) for each in amounts]
+        stresses = self._stresses(amounts)
+        return tuple(self._extremes(*each) for each in zip(points, moved, stresses, strict=True))
+
+    def amplitude(self, motion: Motion) -> float:
+        """Largest displacement of a motion in m."""
+        return self._moved(self._amounts(motion))[0].value
+
+    def stress(self, motion: Motion) -> float:
+        """Largest von Mises stress of a motion in Pa, away from singular places."""
+        (found,) = self._stresses([self._amounts(motion)])
+        return found.mises.away.value
+
+    def _amounts(self, motion: Motion) -> Array:
+        return self.shapes.amounts(_Placed(motion), self.phase)
+
+    def _extremes(
+        self, point: PlacedMotion, moved: tuple[Spot, Array], stresses: _Stresses
+    ) -> Extremes:
+        displacement, of_patches = moved
+        forces, impulses = self._forces(point)
+        return Extremes(
+            displacement=displacement,
+            patches=tuple(
+                PatchExtremes(float(each), float(force), float(impulse))
+                for each, force, impulse in zip(
+                    of_patches, forces.max(axis=0), impulses, strict=True
+                )
+            ),
+            force=float(forces.sum(axis=1).max()),
+            impulse=float(impulses.sum()),
+            von_mises=stresses.mises.peak,
+            principal=stresses.principal.peak,
+            yield_margin=_margin(stresses.yields.away),
+            goodman_margin=_margin(stresses.goodman.away),
+        )
+
+    def _moved(self, amounts: Array) -> tuple[Spot, Array]:
+        """The largest displacement, and that of the nodes of each patch, shape (patches,)."""
+
+        def exact(few: Indices) -> Array:
+            field = np.tensordot(amounts, self.shapes.at(few), 1)
+            return np.sqrt(np.einsum("tni,tni->tn", field, field).max(axis=0))
+
+        found, values = with_largest(self.lengths.bound(amounts), exact, 1)
+        at = int(np.argmax(values))
+        x, y, z = (float(each) for each in self.branch.nodes[found[at]])
+        patches = [exact(each).max() for each in self.patches]
+        return Spot(float(values[at]), int(found[at]), (x, y, z)), np.array(patches)
+
+    def _forces(self, point: PlacedMotion) -> tuple[Array, Array]:
+        """Forces of each patch in N, (instants, patches), and its impulse a period in N s."""
+        branch, series = self.branch, self.branch.series
+        count = _FINER * series.samples
+        forces = branch.forces(point, 2 * np.pi * np.arange(count) / count)
+        of_patch = branch.contact_patches[:, None] == np.arange(len(self.patches))
+        mean = series.weight @ point.motion.force
+        return forces @ of_patch, mean @ of_patch / point.motion.frequency
+
+    def _stresses(self, amounts: Sequence[Array]) -> list[_Stresses]:
+        """Stresses of motions of amounts of shapes, part by part of the body."""
+        total = len(self.body.mesh.nodes)
+        found = [_Stresses(*(Largest(total) for _ in range(4))) for _ in amounts]
+        for part in self._parts():
+            for own, each in zip(found, amounts, strict=True):
+                self._add(own, each, part)
+        return found
+
+    def _parts(self) -> Iterator[_Part]:
+        mesh, state = self.body.mesh, self.branch.header.model.at_rest()
+        rest = self.shapes.of(state.q, state.force)[None]
+        for number, part in enumerate(compact_parts(mesh.nodes, NODES_OF_PART)):
+            basis = self.bases.get(number, partial(stress_basis, self.body, self.shapes, part))
+            static = basis.stress(rest)[0]
+            yield _Part(
+                basis,
+                stress_screen(basis.stresses, static.T, basis.steady),
+                Nodes(mesh.origin[part], mesh.nodes[part], self.kinds[part], self.region[part]),
+                static,
+            )
+
+    def _add(self, found: _Stresses, amounts: Array, part: _Part) -> None:
+        """Take a part of the body into account, for a motion of amounts (t, shapes)."""
+        nodes, bounds, strengths = part.nodes, part.screen.bounds(amounts), self.strengths
+
+        def stress(few: Indices) -> Array:
+            return part.basis.stress(amounts, few)
+
+        def mises(few: Indices) -> Array:
+            return von_mises(stress(few)).max(axis=0)
+
+        def tension(few: Indices) -> Array:
+            own = stress(few)
+            return largest_tension(own, von_mises(own))[0]
+
+        def goodman(few: Indices) -> Array:
+            change = von_mises(stress(few) - part.static[few]).max(axis=0)
+            return strengths.goodman_share(change, steady[few], nodes.region[few])
+
+        found.mises.add(nodes, bounds.mises, mises)
+        found.principal.add(nodes, bounds.tension, tension)
+        found.yields.add_regular(
+            nodes,
+            strengths.yield_share(bounds.mises, nodes.region),
+            lambda few: strengths.yield_share(mises(few), nodes.region[few]),
+        )
+        if strengths.any_fatigue:
+            steady = von_mises(part.static)
+            bound = strengths.goodman_share(bounds.change, steady, nodes.region)
+            found.goodman.add_regular(nodes, bound, goodman)
+
+
+def extremes_of(
+    branch: StoredBranch, frames: int, strengths: Strengths, bases: KeptBases
+) -> ExtremesOf:
+    """Prepare what finds extremes of motions.
+
+    Args:
+        branch: Branch.
+        frames: Frames of a period of its files, at whose instants stress is sought besides others.
+        strengths: Strengths of the materials of its body, by their number.
+        bases: Keeps stresses of its shapes.
+    """
+    body, shapes = field_body(branch), motion_shapes(branch, ())
+    region = np.empty(len(body.mesh.nodes), dtype=np.int64)
+    region[body.mesh.cells] = branch.region[:, None]
+    times, _ = Frames(frames, reversible=not branch.series.free_phase).searched()
+    return ExtremesOf(
+        branch=branch,
+        body=body,
+        shapes=shapes,
+        kinds=singular_kinds(branch, body.mesh),
+        region=region,
+        strengths=strengths,
+        phase=2 * np.pi * times,
+        patches=_patches(branch),
+        lengths=length_screen(len(branch.nodes), branch.shapes.shape[2], shapes.at),
+        bases=bases,
+    )
+
+
+def _patches(branch: StoredBranch) -> tuple[Indices, ...]:
+    """Nodes of each contact patch, on its own side."""
+    own = branch.facet_side == 0
+    return tuple(
+        np.unique(branch.contact_facets[own & (branch.facet_patch == number)])
+        for number in range(int(branch.contact_patches.max()) + 1)
+    )
+
+
+def _margin(share: Spot) -> Spot:
+    """The margin of the largest share of a strength."""
+    if not share.known:
+        return Spot()
+    return Spot(1 / share.value if share.value else float("inf"), share.node, share.place)

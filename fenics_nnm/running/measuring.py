@@ -1,0 +1,121 @@
+"""Largest displacements, stresses and contact forces of the points of a run, on rank 0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from fenics_nnm.backbone.branch import Branch
+from fenics_nnm.backbone.extremes import UNKNOWN, Extremes, PatchExtremes, Spot
+from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.fields.extremes import extremes_of
+from fenics_nnm.fields.strength import strengths_of
+from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.motion import Motion, forces_at, free_displacement
+from fenics_nnm.reduction.displacement_basis import DisplacementBasis
+from fenics_nnm.results.stored_branch import read_stored_branch
+from fenics_nnm.running.preparing import Ready
+
+#: Instants a sample at which the largest contact force is sought.
+_FINER = 4
+
+
+class Measures(Protocol):
+    """Finds extremes of motions."""
+
+    def of(self, points: Sequence[BranchPoint]) -> Sequence[Extremes]:
+        """Extremes of points, in their order."""
+
+    def amplitude(self, motion: Motion) -> float:
+        """Largest displacement in m."""
+
+    def stress(self, motion: Motion) -> float:
+        """Largest von Mises stress in Pa away from singular places."""
+
+
+def measures_of(ready: Ready) -> Measures:
+    """What measures the motions of a run, whose branch.h5 is begun."""
+    chosen = ready.chosen
+    study, linear = chosen.study, chosen.linear
+    if study.full_order:  # what full order adds to a motion is known of reported ones alone
+        return Unmeasured()
+    if linear.body is None:
+        prepared = chosen.prepared
+        basis, series = linear.displacement_basis(), prepared.balance.series
+        return MatrixMeasures(basis, prepared.model_in_contact, series)
+    ready.bases.forget()
+    strengths = strengths_of([region.material for region in linear.body.solid.body.regions])
+    branch = read_stored_branch(ready.staging.branch)
+    return extremes_of(branch, study.output.frames, strengths, ready.bases)
+
+
+def measured(ready: Ready, branch: Branch) -> Branch:
+    """The branch with the extremes of its points."""
+    if not branch.points:
+        return branch
+    found = measures_of(ready).of(branch.points)
+    points = (replace(p, extremes=each) for p, each in zip(branch.points, found, strict=True))
+    return replace(branch, points=tuple(points))
+
+
+@dataclass(frozen=True, slots=True)
+class Unmeasured:
+    """Knows nothing of motions."""
+
+    def of(self, points: Sequence[BranchPoint]) -> Sequence[Extremes]:
+        """As `Measures.of`."""
+        return [UNKNOWN for _ in points]
+
+    def amplitude(self, motion: Motion) -> float:
+        """As `Measures.amplitude`."""
+        return float("nan")
+
+    def stress(self, motion: Motion) -> float:
+        """As `Measures.stress`."""
+        return float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixMeasures:
+    """Finds extremes of motions of matrices, which have displacements and contact forces alone.
+
+    Attributes:
+        basis: Displacement of the unknowns.
+        model: Model that the motions obey.
+        series: Series that they are written in.
+    """
+
+    basis: DisplacementBasis
+    model: ReducedModel
+    series: Series
+
+    def of(self, points: Sequence[BranchPoint]) -> Sequence[Extremes]:
+        """As `Measures.of`; all contact rows are one patch, displaced along their directions."""
+        return [self._of(point.motion) for point in points]
+
+    def amplitude(self, motion: Motion) -> float:
+        """As `Measures.amplitude`."""
+        return self.basis.largest(self.model, self.series, motion)
+
+    def stress(self, motion: Motion) -> float:
+        """As `Measures.stress`."""
+        return float("nan")
+
+    def _of(self, motion: Motion) -> Extremes:
+        count = _FINER * self.series.samples
+        phase = 2 * np.pi * np.arange(count) / count
+        forces = forces_at(self.model, self.series, motion, phase)
+        moved = free_displacement(self.model, self.series, motion, phase) - forces @ self.model.R
+        force = float(forces.sum(axis=1).max())
+        impulse = float((self.series.weight @ motion.force).sum() / motion.frequency)
+        value, unknown = self.basis.largest_at(self.model, self.series, motion)
+        return Extremes(
+            displacement=Spot(value, unknown),
+            patches=(PatchExtremes(float(np.abs(moved).max()), force, impulse),),
+            force=force,
+            impulse=impulse,
+        )

@@ -17,7 +17,7 @@ from fenics_nnm.running.families_report import warn_of_families
 from fenics_nnm.running.following import follow
 from fenics_nnm.running.preparing import Job, prepare
 from fenics_nnm.running.publishing import publish
-from fenics_nnm.running.trust import warn_of_points
+from fenics_nnm.running.trust import warn_of_points, warn_of_strength
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
 from fenics_nnm.study import Study
@@ -77,6 +77,7 @@ def run_study(
     if comm.rank == 0:
         warn_of_points(branch)
         warn_of_families(branch)
+        warn_of_strength(branch)
         warn_of(ready.chosen, branch)
     return RunResult(place, branch, summary, message_of(ready.chosen, branch))
 

@@ -100,7 +100,8 @@ class ExtremesOf:
         amounts = [self.shapes.amounts(point, self.phase) for point in points]
         moved = [self._moved(each) for each in amounts]
         stresses = self._stresses(amounts)
-        return tuple(self._extremes(*each) for each in zip(points, moved, stresses, strict=True))
+        forces = [self._forces(point) for point in points]
+        return tuple(_extremes(*each) for each in zip(moved, stresses, forces, strict=True))
 
     def amplitude(self, motion: Motion) -> float:
         """Largest displacement of a motion in m."""
@@ -111,29 +112,30 @@ class ExtremesOf:
         (found,) = self._stresses([self._amounts(motion)])
         return found.mises.away.value
 
+    def of_mode(self, mode: int, amplitude: float) -> Extremes:
+        """Extremes of a linear mode about the state of rest, at both its reversals.
+
+        Args:
+            mode: Its index, from 0.
+            amplitude: Its amplitude in kg^1/2 m.
+        """
+        rest = self.branch.header.model.at_rest()
+        swings = [sign * amplitude for sign in (1, -1)]
+        amounts = np.array(
+            [
+                self.shapes.bent(
+                    rest.q + swing * rest.shapes[:, mode], rest.force + swing * rest.pull[:, mode]
+                )
+                for swing in swings
+            ]
+        )
+        moved, of_patches = self._moved(amounts)
+        (stresses,) = self._stresses([amounts])
+        none = np.zeros((1, len(of_patches)))
+        return _extremes((moved, of_patches), stresses, (none, none[0]))
+
     def _amounts(self, motion: Motion) -> Array:
         return self.shapes.amounts(_Placed(motion), self.phase)
-
-    def _extremes(
-        self, point: PlacedMotion, moved: tuple[Spot, Array], stresses: _Stresses
-    ) -> Extremes:
-        displacement, of_patches = moved
-        forces, impulses = self._forces(point)
-        return Extremes(
-            displacement=displacement,
-            patches=tuple(
-                PatchExtremes(float(each), float(force), float(impulse))
-                for each, force, impulse in zip(
-                    of_patches, forces.max(axis=0), impulses, strict=True
-                )
-            ),
-            force=float(forces.sum(axis=1).max()),
-            impulse=float(impulses.sum()),
-            von_mises=stresses.mises.peak,
-            principal=stresses.principal.peak,
-            yield_margin=_margin(stresses.yields.away),
-            goodman_margin=_margin(stresses.goodman.away),
-        )
 
     def _moved(self, amounts: Array) -> tuple[Spot, Array]:
         """The largest displacement, and that of the nodes of each patch, shape (patches,)."""
@@ -236,6 +238,25 @@ def extremes_of(
         patches=_patches(branch),
         lengths=length_screen(len(branch.nodes), branch.shapes.shape[2], shapes.at),
         bases=bases,
+    )
+
+
+def _extremes(
+    moved: tuple[Spot, Array], stresses: _Stresses, forces: tuple[Array, Array]
+) -> Extremes:
+    """Extremes of displacements, stresses, and forces (instants, patches) with their impulses."""
+    displacement, of_patches = moved
+    force, impulses = forces
+    listed = zip(of_patches, force.max(axis=0), impulses, strict=True)
+    return Extremes(
+        displacement=displacement,
+        patches=tuple(PatchExtremes(*map(float, each)) for each in listed),
+        force=float(force.sum(axis=1).max()),
+        impulse=float(impulses.sum()),
+        von_mises=stresses.mises.peak,
+        principal=stresses.principal.peak,
+        yield_margin=_margin(stresses.yields.away),
+        goodman_margin=_margin(stresses.goodman.away),
     )
 
 

@@ -69,6 +69,12 @@ class MotionShapes:
         rest = sum(len(self.branch.inertia[place]) for place in self.inertia)
         return np.concatenate([q, force, np.zeros(len(self.pairs.first) + rest)])
 
+    def bent(self, q: Array, force: Array) -> Array:
+        """The same with second-order displacement, where there is some."""
+        found = self.of(q, force)
+        found[self.of_pairs] = self._products(q[None], q[None])[0]
+        return found
+
     @property
     def pairs(self) -> Pairs:
         """Pairs of masters that have a shape of second-order displacement."""

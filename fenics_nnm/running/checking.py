@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 from fenics_nnm.output.description import describe
 from fenics_nnm.resolution.auto import Choice, provisional
+from fenics_nnm.running.first_contact_stress import first_contact_lines
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
 from fenics_nnm.study import Study
@@ -49,4 +50,5 @@ def checked(
             f'\n\n{", ".join(study.automatic)} = "auto": a run finds what a tolerance of '
             f"{study.tolerance:g} needs; this is with {chosen.study.resolution}"
         )
+    text = "\n".join([text, *first_contact_lines(chosen.prepared, comm)])
     return Checked(chosen, text, chosen.prepared.warnings())

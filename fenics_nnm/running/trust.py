@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Iterable
 
 import numpy as np
@@ -48,6 +49,27 @@ def warn_of_points(branch: Branch) -> None:
             total,
             _first_reason(converged),
         )
+
+
+def warn_of_strength(branch: Branch) -> None:
+    """Say which points are beyond what their material bears, and the first of them."""
+    beyond = [point for point in branch.points if point.extremes.beyond]
+    if not beyond:
+        return
+    first = beyond[0]
+    stress = first.extremes.von_mises.away
+    counts = Counter(point.extremes.beyond for point in beyond)
+    listed = " and ".join(
+        f"at {counts[kind]} points of {len(branch.points)} beyond its {kind} strength"
+        for kind in sorted(counts)
+    )
+    logger.warning(
+        "the material is %s: at gamma ratio %g von Mises stress is %.4g MPa at (%s) m",
+        listed,
+        first.gamma_ratio,
+        stress.value / 1e6,
+        stress.at.replace(" ", ", "),
+    )
 
 
 def _first_reason(points: list[BranchPoint]) -> str:

@@ -23,12 +23,12 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.structure.motions import wanted_motions
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
 from fenics_nnm.study import Study
-from fenics_nnm.sweep.case import SAME_RATIO, Case, Outcome, Plan, RunState, TableRow
+from fenics_nnm.sweep.case import EXTREMES, SAME_RATIO, Case, Outcome, Plan, RunState, TableRow
 from fenics_nnm.sweep.cells import printed
 from fenics_nnm.sweep.outcome import state_of_ended
 
 #: Columns of each gamma ratio, with the ratio behind.
-_AT_RATIO = ("frequency_Hz_at", "energy_J_at")
+_AT_RATIO = ("frequency_Hz_at", "energy_J_at", *(f"{name}_at" for name in EXTREMES))
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +104,8 @@ class Backbones:
             row = outcome.at(ratio)
             yield printed(row.frequency if row else None)
             yield printed(row.energy if row else None)
+            for name in EXTREMES:
+                yield printed(row.extremes.get(name) if row else None)
         counts, known = Counter(row.status for row in outcome.rows), bool(outcome.linear_frequency)
         yield str(len(outcome.rows)) if known else ""
         for status in STATUSES:
@@ -151,4 +153,5 @@ def _row(row: Mapping[str, str]) -> TableRow:
         energy=float(row["energy_J"]),
         status=row["status"],
         stability=row["stability"],
+        extremes={name: float(row[name]) for name in EXTREMES if row.get(name)},
     )

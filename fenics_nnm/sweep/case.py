@@ -6,8 +6,8 @@ response to forces.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Any, Protocol
@@ -36,15 +36,31 @@ class RunState(Enum):
     ENDED = "ended"
 
 
+#: Columns of backbone.csv that sweep.csv has, too, where they are known.
+EXTREMES = (
+    "displacement_m",
+    "von_mises_Pa",
+    "contact_force_N",
+    "contact_impulse_Ns",
+    "yield_margin",
+    "goodman_margin",
+)
+
+
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """A point of a backbone, as backbone.csv has it; frequency in Hz, energy in J."""
+    """A point of a backbone, as backbone.csv has it; frequency in Hz, energy in J.
+
+    Attributes:
+        extremes: Those of its columns in `EXTREMES` that have a number.
+    """
 
     gamma_ratio: float
     frequency: float
     energy: float
     status: str
     stability: str
+    extremes: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -129,7 +129,7 @@ def test_verbose_tells_stages_and_points(
     stages = [line.split(":")[0] for line in told if re.fullmatch(r"\w+: \d+\.\d\d s", line)]
     assert stages == [
         *("mesh", "assembly", "factors", "modes", "attachments"),
-        *("output", "backbone", "output"),
+        *("output", "backbone", "stress", "output"),
     ]
     points = [line for line in told if re.match(r"gamma ratio [\d.]+: [\d.]+ Hz, ", line)]
     assert len(points) == 4

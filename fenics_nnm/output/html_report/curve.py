@@ -45,6 +45,9 @@ _POINTS = (
     Column("hardening (%)"),
     Column("energy (J)"),
     Column("contact (% of period)"),
+    Column("largest displacement (mm)"),
+    Column("von Mises stress (MPa)"),
+    Column("contact force (N)"),
     Column("status", "word"),
     Column("stability", "word"),
     Column("remark", "prose"),
@@ -102,12 +105,20 @@ def _rows(points: Sequence[BranchPoint], chosen: Sequence[int]) -> list[tuple[st
             signed(hardening(points[index])),
             plain(points[index].motion.energy, 5),
             f"{100 * points[index].motion.contact_fraction:.1f}",
+            _known(1e3 * points[index].extremes.displacement.value),
+            _known(1e-6 * points[index].extremes.von_mises.away.value),
+            _known(points[index].extremes.force),
             points[index].status,
             _stability(points[index]),
             _remark(points[index]),
         )
         for index in chosen
     ]
+
+
+def _known(value: float) -> str:
+    """A number of few digits; nothing where it is not known."""
+    return "" if np.isnan(value) else plain(value, 4)
 
 
 def _stability(point: BranchPoint) -> str:
@@ -122,6 +133,7 @@ def _remark(point: BranchPoint) -> str:
     remarks = (
         "" if point.family in (NO_FAMILY, MAIN_BRANCH) else f"family {point.family}",
         point.notes.event,
+        f"beyond {point.extremes.beyond} strength" if point.extremes.beyond else "",
         point.resonance,
         point.notes.skipped and f"beyond {point.notes.skipped}",
     )

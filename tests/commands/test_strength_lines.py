@@ -43,7 +43,9 @@ def test_run_warns_of_points_beyond_strength_and_sweep_lists_them(
 ) -> None:
     weak = {"yield_strength": "200 MPa", "fatigue_strength": "100 MPa"}
     study = study_file(ROD, material=weak, continuation={"report_at": []})
-    result = command("sweep", study, "--set", "contact.gap=5e-4,1e-3", "--gamma", "1", "-v", "--output", "out")
+    result = command(
+        "sweep", study, "--set", "contact.gap=5e-4,1e-3", "--gamma", "1", "-v", "--output", "out"
+    )
     assert result.code == 0, result.err
     header, *rows = (tmp_path / "out" / "sweep.csv").read_text().splitlines()
     table = [dict(zip(header.split(","), row.split(","), strict=True)) for row in rows]

@@ -63,6 +63,11 @@ def damping_ratio(point: BranchPoint) -> float:
     return point.sustained.ratio if point.sustained else _NAN
 
 
+def is_damped(point: BranchPoint) -> bool:
+    """Whether the motion itself has the damping of the study."""
+    return point.sustained is not None and point.sustained.exact
+
+
 def resonance_force(point: BranchPoint) -> float:
     """Force in N, 0-peak, that keeps the motion up in phase resonance."""
     return point.sustained.force if point.sustained else _NAN

@@ -28,16 +28,19 @@ _PHASES = np.array([1.0, -1j])
 
 @dataclass(frozen=True, slots=True)
 class Sustained:
-    """How a motion is kept up against damping, to first order in the damping.
+    """How a motion is kept up against damping.
 
     Attributes:
         ratio: Damping ratio: dissipated power over 4 omega times the mean kinetic energy, zeta of a
             linear mode.
         force: Size of the force in N, 0-peak, in phase resonance; nan without one.
+        exact: Whether the motion is the damped one itself; else it is the undamped one, and both
+            numbers are of first order in the damping.
     """
 
     ratio: float
     force: float
+    exact: bool = False
 
 
 @dataclass(frozen=True, slots=True)

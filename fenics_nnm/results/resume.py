@@ -36,6 +36,9 @@ _FREE = (
     "output",
 )
 
+#: Of these, those that damped motions depend on.
+_DAMPED = ("damping", "dashpot", "excitation")
+
 
 LeavesOf = Callable[[Study], Iterator[tuple[str, Any]]]
 """What gives keys of a study with their values."""
@@ -126,6 +129,19 @@ def difference(stored: str, wanted: str, leaves_of: LeavesOf | None = None) -> s
     return ""
 
 
+def assert_written_in(run: StoredRun, series: str) -> None:
+    """Refuse points of a run whose motions are of another kind: undamped, or damped.
+
+    Raises:
+        StudyError: if they are.
+    """
+    if run.header.series != series:
+        raise StudyError(
+            f"{run.path}: its motions are written in a {run.header.series} series, those of this "
+            f"run in a {series} one (damped motions, or another version): begin anew"
+        )
+
+
 def known_points(run: StoredRun, model: ReducedModel, wanted: Wanted) -> tuple[BranchPoint, ...]:
     """Stored points that are wanted again, in the modal coordinates of a model.
 
@@ -173,10 +189,13 @@ def _study(text: str) -> Study:
 
 def _leaves(study: Study) -> Iterator[tuple[str, Any]]:
     """Keys and values that the points, or their positions along the branch, depend on."""
+    free = _FREE if not study.damped else tuple(name for name in _FREE if name not in _DAMPED)
     for section, values in study.model_dump(by_alias=True).items():
-        if section not in _FREE and values not in (None, [], ()):
+        if section not in free and values not in (None, [], ()):
             yield from leaves(section, values)
     yield from study.continuation.position_keys()
+    if study.damped:
+        yield "continuation.damped", True
 
 
 def _value(value: Any) -> str:

@@ -76,6 +76,7 @@ SCALARS: dict[str, Callable[[BranchPoint], float | int | str]] = {
     "confirmed": lambda point: point.confirmed,
     "damping_ratio": numbers.damping_ratio,
     "resonance_force": numbers.resonance_force,
+    "damped": numbers.is_damped,
 }
 
 #: Those that files of earlier versions lack, and what is known of their points.
@@ -84,6 +85,7 @@ ADDED: dict[str, float | int] = {
     "family": NO_FAMILY,
     "damping_ratio": float("nan"),
     "resonance_force": float("nan"),
+    "damped": False,
 }
 
 #: Arrays of a point by their stored name.
@@ -221,4 +223,4 @@ def _verdict(stored: Mapping[str, Any]) -> Verdict | None:
 
 def _sustained(stored: Mapping[str, Any]) -> Sustained | None:
     ratio, force = stored["damping_ratio"], stored["resonance_force"]
-    return None if np.isnan(ratio) else Sustained(ratio, force)
+    return None if np.isnan(ratio) else Sustained(ratio, force, bool(stored["damped"]))

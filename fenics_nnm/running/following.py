@@ -13,14 +13,12 @@ from fenics_nnm.fem.blocks import Blocks, Data
 from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.parallel import conducted, on_root
 from fenics_nnm.interrupts import uninterrupted
-from fenics_nnm.mechanics.light_damping import LightDamping
 from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.resolution.auto import improved
 from fenics_nnm.results import branch_file, journal
 from fenics_nnm.results.journal import Journal
 from fenics_nnm.running.measuring import measured
 from fenics_nnm.running.preparing import Ready
-from fenics_nnm.structure.light_damping import light_damping
 
 logger = logging.getLogger(__name__)
 
@@ -36,6 +34,8 @@ def follow(ready: Ready) -> tuple[Ready, Branch]:
     job = ready.job
     while True:
         branch = _followed(ready)
+        if ready.chosen.prepared.damping.maker is not None:
+            return ready, branch  # its points do not give the errors of undamped ones
         finer = improved(ready.chosen, branch.points, job.comm, job.stages, analyse=job.analyse)
         if finer is None:
             return ready, branch
@@ -54,9 +54,8 @@ def _followed(ready: Ready) -> Branch:
     if known:
         logger.info("%d points taken over", len(known))
     source = linear.flexibility(study.resolution.harmonics) if study.full_order else None
-    damping = light_damping(study, linear)
     if source is None:
-        return on_root(comm, _solved, ready, known, damping=damping)
+        return on_root(comm, _solved, ready, known)
     with source as flexibility:
         return conducted(comm, partial(_solved, ready, known), flexibility)
 
@@ -73,7 +72,6 @@ def _solved(
     ready: Ready,
     known: Points,
     flexibility: FlexibilitySource | None = None,
-    damping: LightDamping | None = None,
 ) -> Branch:
     points = journal.opened(lambda: ready.staging.branch)
     branch = ready.chosen.prepared.followed(
@@ -82,8 +80,9 @@ def _solved(
         on_point=lambda point: store(points, point),
         stages=ready.job.stages,
     )
-    if damping is not None:
-        branch = branch.kept_up(damping, ready.chosen.prepared.balance.series)
+    damping = ready.chosen.prepared.damping
+    if damping.light is not None and damping.maker is None:
+        branch = branch.kept_up(damping.light, ready.chosen.prepared.balance.series)
     with ready.job.stages.stage("stress"):
         branch = measured(ready, branch)
     with uninterrupted():

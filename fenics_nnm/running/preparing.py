@@ -15,13 +15,20 @@ from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.resolution.auto import Choice, choice
 from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.results.kept_mesh import KeptMesh, kept_mesh
-from fenics_nnm.results.resume import StoredRun, assert_nobody_runs, known_points, stored_run
+from fenics_nnm.results.resume import (
+    StoredRun,
+    assert_nobody_runs,
+    assert_written_in,
+    known_points,
+    stored_run,
+)
 from fenics_nnm.results.staging import Staging, Stopped, stopped_runs
 from fenics_nnm.results.start import beginning
 from fenics_nnm.running.run_summary import versions
 from fenics_nnm.running.trust import log_warnings
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse, linear_analysis
+from fenics_nnm.structure.damped_choice import damped_run
 from fenics_nnm.structure.mesh_notes import report_notes
 from fenics_nnm.structure.motions import assert_still_gaps, assert_without_coriolis
 from fenics_nnm.structure.prepared import Prepared
@@ -74,6 +81,7 @@ class Earlier:
         """
         if self.stored is None:
             return ()
+        assert_written_in(self.stored, prepared.series)
         return known_points(self.stored, prepared.model_in_contact, prepared.wanted)
 
 
@@ -111,13 +119,14 @@ class Ready:
             harmonics=numbers.harmonics,
             samples=numbers.samples,
             modes=numbers.modes,
-            series=mode.series,
+            series=prepared.series,
             model=prepared.model_in_contact,
             inputs=self.inputs,
         )
 
     def with_finer(self, chosen: Choice) -> Ready:
         """The same with finer numbers: a branch begins anew with them."""
+        chosen = replace(chosen, prepared=_damped(chosen.prepared))
         return replace(self, chosen=chosen, earlier=replace(self.earlier, stored=None))
 
 
@@ -140,7 +149,24 @@ def prepare(job: Job, staging: Staging) -> Ready:
     warnings = chosen.prepared.warnings()
     if job.comm.rank == 0:
         log_warnings(warnings)
-    return Ready(job, staging, earlier, inputs, _from_start(job, chosen), warnings)
+    begun = _with_damping(_from_start(job, chosen), job.comm)
+    return Ready(job, staging, earlier, inputs, begun, warnings)
+
+
+def _damped(prepared: Prepared) -> Prepared:
+    """The same with what its damping does; to be called on all ranks."""
+    return replace(prepared, damping=damped_run(prepared.study, prepared.linear))
+
+
+def _with_damping(chosen: Choice, comm: MPI.Comm) -> Choice:
+    """The choice with what the damping of its study does; says where motions stay undamped."""
+    found = replace(chosen, prepared=_damped(chosen.prepared))
+    if comm.rank == 0 and (objection := found.prepared.damping.objection):
+        logger.warning(
+            "%s: motions are undamped, and damping_ratio and resonance_force_N of first order",
+            objection,
+        )
+    return found
 
 
 def _tell_first_contact(chosen: Choice, comm: MPI.Comm) -> None:

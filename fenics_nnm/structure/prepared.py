@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.arc_start import Begin
+from fenics_nnm.backbone.damped_branch import damped_branch
 from fenics_nnm.backbone.follow import (
     Branch,
     FullOrder,
@@ -24,6 +25,7 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.damped_run import UNDAMPED, DampedRun
 from fenics_nnm.structure.motions import harmonic_balance, wanted_motions
 from fenics_nnm.structure.structure import Linear
 from fenics_nnm.study import Study
@@ -38,12 +40,14 @@ class Prepared:
         linear: All that is linear of its structure.
         balance: How its motions are written in time, and contact is found.
         wanted: Which motions it asks for.
+        damping: What its damping does in a run, once that is known.
     """
 
     study: Study
     linear: Linear
     balance: HarmonicBalance
     wanted: Wanted
+    damping: DampedRun = UNDAMPED
 
     @property
     def mode(self) -> int:
@@ -83,6 +87,11 @@ class Prepared:
         forces = self.linear.reduction.forces
         return outlook(self.linear.model, self.wanted, self.balance, mode=self.mode, forces=forces)
 
+    @property
+    def series(self) -> str:
+        """Series in time that its motions are written in: "time-reversible" or "general"."""
+        return "general" if self.damping.maker is not None else self.study.mode.series
+
     def beginning_at(self, begin: Begin) -> Prepared:
         """The same from a motion of an earlier run on; of a branch followed by its length."""
         return replace(self, wanted=wanted_motions(self.study, begin))
@@ -108,6 +117,11 @@ class Prepared:
         progress = Progress(
             known, on_point, lambda position: stages.report((position - wanted.start) / span)
         )
+        if (maker := self.damping.maker) is not None:
+            with stages.stage("damped motions"):
+                return damped_branch(
+                    maker, self.damping.ratios, doubt=self._doubt, progress=progress
+                )
         with stages.stage("backbone"):
             branch = follow(
                 self.linear.model,

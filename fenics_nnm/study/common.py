@@ -229,6 +229,13 @@ class SprungStudy(AnyStudy):
         names = ("damping", "dashpot", "excitation", "monitor", "response")
         return tuple(name for name in names if getattr(self, name, None))
 
+    @property
+    def damped(self) -> bool:
+        """Whether a run is to follow damped motions, where it can."""
+        return (
+            self.continuation.damped and {"damping", "dashpot"} & set(self.driven_sections) != set()
+        )
+
     @model_validator(mode="after")
     def _cubic_springs_are_resolved(self) -> SprungStudy:
         if not self.cubic:

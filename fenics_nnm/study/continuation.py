@@ -161,6 +161,17 @@ class _Branch(Record):
         True, description="true or false: shoot for the exact motion in time near each point"
     )
 
+    damped: bool = Field(
+        True,
+        description="with [damping] or [[dashpot]]: follow damped motions; false: undamped ones, "
+        "with their damping to first order",
+    )
+
+    @property
+    def damped_ratios(self) -> tuple[float, ...]:
+        """Gamma ratios of all motions where these are damped; none where others are asked for."""
+        return ()
+
     @property
     def beginning(self) -> StartSection | None:
         """A motion of an earlier run to begin at, None for the linear mode."""
@@ -241,6 +252,11 @@ class EnergySection(_OverEnergies):
     parameter: Literal["energy"] = Field("energy", description=_PARAMETERS)
     internal_resonance: Literal["skip"] | None = Field(None, description=_RESONANCES)
     energies: Energies = Field(Energies(), description=_ENERGIES)
+
+    @property
+    def damped_ratios(self) -> tuple[float, ...]:
+        """All ratios that are wanted."""
+        return tuple(self.wanted(1).targets())
 
     def wanted(self, harmonic: int, begin: Begin | None = None) -> EnergyContinuation:
         """The motions of the branch that are wanted."""

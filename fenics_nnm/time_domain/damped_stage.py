@@ -225,6 +225,20 @@ class DampedMotion:
         z = stage.propagator.carried(stage.inverse @ stage.scaled(transition), time)
         return stage.unscaled((stage.basis @ z).real)
 
+    def gathered(self, by_q: Array, by_velocity: Array, times: Array) -> Array:
+        """Derivative by the first state of sums over states at times from the start, (2 J,).
+
+        Args:
+            by_q: Derivatives of the sum by the coordinates at each time, shape (g, J).
+            by_velocity: Those by the velocities, shape (g, J).
+            times: Times, shape (g,).
+        """
+        stage, linear = self.stage, self.stage.linear
+        scaled = np.hstack([by_q @ linear.V / linear.nu, by_velocity @ linear.V])
+        z = stage.propagator.gathered(scaled @ stage.basis, times)
+        by_q_first, by_speed_first = np.split((z @ stage.inverse).real, 2)
+        return np.concatenate([linear.V @ (linear.nu * by_q_first), linear.V @ by_speed_first])
+
     def speed_integral(self, time: float) -> float:
         """Integral of |q'|^2 from the start to a time, in J s."""
         panels = self.panels(time)

@@ -74,17 +74,22 @@ class DrivenOrbit:
     @property
     def instability(self) -> str:
         """Kind of its instability; nothing where it is stable."""
-        if not self.largest_multiplier > 1 + _ON_CIRCLE:
-            return ""
-        largest = self.multipliers[0]
-        if abs(largest.imag) > _ON_CIRCLE * abs(largest):
-            return TORUS
-        return FOLD if largest.real > 0 else DOUBLING
+        return instability_of(self.multipliers)
 
     @property
     def stable(self) -> bool:
         """Whether all multipliers are inside the unit circle, or on it."""
         return not self.failure and not self.instability
+
+
+def instability_of(multipliers: Complex) -> str:
+    """Kind of instability by Floquet multipliers of falling modulus; nothing where stable."""
+    if not multipliers.size or not abs(multipliers[0]) > 1 + _ON_CIRCLE:
+        return ""
+    largest = multipliers[0]
+    if abs(largest.imag) > _ON_CIRCLE * abs(largest):
+        return TORUS
+    return FOLD if largest.real > 0 else DOUBLING
 
 
 @dataclass(frozen=True, slots=True)

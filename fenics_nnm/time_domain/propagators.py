@@ -78,6 +78,9 @@ class Propagator(Protocol):
     def carried(self, z: Complex, time: float) -> Complex:
         """exp(A t) z, shape of z, (K,) or (K, c)."""
 
+    def gathered(self, rows: Complex, times: Array) -> Complex:
+        """sum_k rows_k exp(A t_k), shape (K,), of rows of shape (g, K) at times of shape (g,)."""
+
     def course(self, z: Complex, push: Push) -> Course:
         """The solution from z."""
 
@@ -95,6 +98,10 @@ class Diagonal:
     def carried(self, z: Complex, time: float) -> Complex:
         """exp(A t) z."""
         return np.asarray((np.exp(time * self.d) * z.T).T)
+
+    def gathered(self, rows: Complex, times: Array) -> Complex:
+        """sum_k rows_k exp(A t_k)."""
+        return np.asarray(np.sum(rows * np.exp(np.outer(times, self.d)), axis=0))
 
     def course(self, z: Complex, push: Push) -> DiagonalCourse:
         """The solution from z."""
@@ -187,6 +194,11 @@ class Dense:
     def carried(self, z: Complex, time: float) -> Complex:
         """exp(A t) z."""
         return np.asarray(expm(time * self.A) @ z)
+
+    def gathered(self, rows: Complex, times: Array) -> Complex:
+        """sum_k rows_k exp(A t_k)."""
+        found = [row @ expm(time * self.A) for row, time in zip(rows, times, strict=True)]
+        return np.asarray(np.sum(found, axis=0))
 
     def course(self, z: Complex, push: Push) -> DenseCourse:
         """The solution from z."""

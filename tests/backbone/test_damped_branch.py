@@ -1,0 +1,97 @@
+"""Branches of damped motions: homotopy, points and their verdicts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fenics_nnm.backbone.damped_branch import DampedMaker, damped_branch
+from fenics_nnm.backbone.damped_motions import HEAVY, DampedModel
+from fenics_nnm.backbone.damped_path import Step, walk
+from fenics_nnm.backbone.wanted import Progress
+from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.mechanics.linear_part import RatedPart
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.response.judge import Unjudged
+from fenics_nnm.response.phase_resonance import damped_backbone
+from fenics_nnm.response.structure import Drive, DrivenStructure
+from fenics_nnm.time_domain.resonant_motion import ResonantMotion
+
+OMEGA, RATE = np.array([1.0, 2.7]), np.diag([0.02, 0.0162])
+MODEL = ReducedModel(OMEGA, np.array([[1.0, -0.7]]), np.array([[0.25]]), np.array([1.0]))
+PUSH = np.array([1.0, 0.8])
+
+
+def maker(harmonics: int = 12) -> DampedMaker:
+    series = FourierSeries(harmonics, 8 * harmonics)
+    return DampedMaker(DampedModel(MODEL, RATE, 3 * PUSH, 0), 3.0, series)
+
+
+def test_points_lie_on_the_damped_backbone_of_a_response() -> None:
+    """By harmonic balance, which shares nothing with motions in time: 16 harmonics, 2e-4."""
+    found = damped_branch(maker(), (0.5, 1.2, 1.4))
+    assert found.complete and not found.jumps
+    structure = DrivenStructure.of(
+        MODEL, RatedPart(OMEGA, RATE), Drive.simple(PUSH[None], np.array([3.0 + 0j]))
+    )
+    series, span = FourierSeries(16, 128), np.array([0.98, 1.2]) / (2 * np.pi)
+    level = max(point.sustained.force for point in found.points if point.sustained) / 3
+    curve = damped_backbone(structure, series, span, (1.02 * level,), judge=Unjudged())
+    assert len(curve.points) > 5
+    free, *touching = found.points
+    assert free.status == "verified" and free.motion.contact_fraction == 0
+    for point in touching:
+        assert point.sustained is not None and point.stability is not None
+        assert point.motion.contact_fraction > 0.1 and point.balance.virial_error < 1e-9
+        known = np.array(
+            [(each.force, each.point.frequency, each.damping_ratio) for each in curve.points[1:]]
+        )
+        order = np.argsort(known[:, 0])
+        frequency, ratio = (
+            np.interp(point.sustained.force, known[order, 0], known[order, k]) for k in (1, 2)
+        )
+        assert point.motion.frequency == pytest.approx(frequency, rel=1e-3)
+        assert point.sustained.ratio == pytest.approx(ratio, rel=1e-2)
+        assert point.status == "verified" and len(point.stability.multipliers) == 4
+
+
+def test_frequency_is_that_of_the_model_whatever_the_harmonics() -> None:
+    few, many = (damped_branch(maker(harmonics), (1.4,)).points[0] for harmonics in (2, 24))
+    assert few.motion.frequency == pytest.approx(many.motion.frequency, rel=1e-12)
+    assert many.status == "verified" and few.status == "converged"
+    assert few.reason.startswith("its 2 harmonics leave out part")
+    assert few.confirmed and few.stability is not None and many.stability is not None
+    assert few.stability.multipliers == pytest.approx(many.stability.multipliers)
+
+
+def test_known_points_are_taken_over() -> None:
+    whole, heard = damped_branch(maker(), (0.5, 1.2)), []
+    again = damped_branch(
+        maker(), (0.5, 1.2), progress=Progress(whole.points[1:], on_point=heard.append)
+    )
+    assert [point.gamma_ratio for point in heard] == [0.5]
+    assert again.points[1] is not None and len(again.points) == 2
+
+
+def test_way_down_ends_at_the_real_damping_and_leaves_the_followed_mode() -> None:
+    damped = DampedModel(MODEL, np.array([[0.02, 0.01], [0.01, 0.0]]), PUSH, 0)
+    assert (damped.rate_at(0.0) == damped.rate).all()
+    heavy = damped.rate_at(1.0)
+    assert heavy[0, 0] == 0.02 and heavy[0, 1] == 0.01
+    assert heavy[1, 1] == pytest.approx(2 * HEAVY * 2.7, rel=1e-2)
+
+
+def test_walk_tells_where_it_ends() -> None:
+    """A family x^2 = 1 - s, which turns back at s = 1."""
+
+    def at(s: float, guess: ResonantMotion) -> ResonantMotion:
+        if s > 1:
+            return ResonantMotion(guess.q, guess.velocity, 1.0, 1.0, failure="none")
+        return ResonantMotion(np.array([np.sqrt(1 - s) + 1]), np.zeros(1), 1.0, 1.0, iterations=3)
+
+    first = at(0.0, ResonantMotion(np.ones(1), np.zeros(1), 1.0, 1.0))
+    found = walk(at, np.ones(1), (0.0, first), 2.0, Step(0.1, 1e-3), (0.5,))
+    assert found.failure == "none" and 0.99 < found.values[-1] <= 1
+    half = found.at(0.5)
+    assert half is not None and half.q[0] == pytest.approx(1 + np.sqrt(0.5))
+    assert found.at(0.123) is None

@@ -11,7 +11,7 @@ import pytest
 from conftest import PLATE, ROD, Ended
 
 from fenics_nnm.materials.library import library
-from fenics_nnm.sweep.outcome import EXTREMES
+from fenics_nnm.sweep.case import EXTREMES
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]

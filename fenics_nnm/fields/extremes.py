@@ -115,6 +115,9 @@ class ExtremesOf:
     def of_mode(self, mode: int, amplitude: float) -> Extremes:
         """Extremes of a linear mode about the state of rest, at both its reversals.
 
+        Second-order displacement is left out: most of its stress is that of stretching, which the
+        other modes take back when they follow.
+
         Args:
             mode: Its index, from 0.
             amplitude: Its amplitude in kg^1/2 m.
@@ -123,7 +126,7 @@ class ExtremesOf:
         swings = [sign * amplitude for sign in (1, -1)]
         amounts = np.array(
             [
-                self.shapes.bent(
+                self.shapes.of(
                     rest.q + swing * rest.shapes[:, mode], rest.force + swing * rest.pull[:, mode]
                 )
                 for swing in swings

@@ -48,11 +48,12 @@ class LinearAnalysis:
         return self.reduction.model
 
     def largest_displacement(self, q: Array, force: Array) -> float:
-        """Largest displacement component in m, of coordinates in kg^1/2 m and forces in N.
+        """Largest displacement of any node in m, of coordinates in kg^1/2 m and forces in N.
 
         To be called on all ranks.
         """
-        here = np.abs(self.reduction.displacement(q, force)).max(initial=0.0)
+        moved = self.reduction.displacement(q, force).reshape(-1, self.solid.tagged.dim)
+        here = np.linalg.norm(moved, axis=1).max(initial=0.0)
         return float(self.solid.tagged.mesh.comm.allreduce(here, op=MPI.MAX))
 
 

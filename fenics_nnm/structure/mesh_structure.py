@@ -326,7 +326,7 @@ class MeshLinear(LinearAnalysis):
         return list(self.solid.tagged.notes)
 
     def largest(self, q: Array, force: Array) -> str:
-        """Largest displacement component of coordinates in kg^1/2 m and contact forces in N."""
+        """Largest displacement of any node, of coordinates in kg^1/2 m and contact forces in N."""
         return f"{self.largest_displacement(q, force):.4g} m"
 
     def warnings(self, study: MeshStudy, mode: int) -> list[str]:

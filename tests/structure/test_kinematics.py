@@ -178,7 +178,8 @@ def test_energies_of_a_campbell_diagram_decide_at_each_speed() -> None:
     plain = spin.analyse(study, MPI.COMM_SELF)
     assert not plain.reduction.choice.second_order
     energy = plain.first_contact(0).energy
-    moved = plain.model.grazing_amplitude() * np.abs(plain.reduction.shapes[:, 0]).max()
+    lengths = np.linalg.norm(plain.reduction.shapes[:, 0].reshape(-1, 2), axis=1)
+    moved = plain.model.grazing_amplitude() * lengths.max()
     for quantity, value, ratio in (
         (Quantity.ENERGY, 100 * energy, 100),
         (Quantity.AMPLITUDE, 10 * moved, 100),

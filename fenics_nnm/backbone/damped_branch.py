@@ -146,7 +146,7 @@ class DampedMaker:
             reason = (
                 f"its {self.series.harmonics} harmonics leave out part of the exact damped motion, "
                 f"whose frequency and force these are: written in them it misses its start by "
-                f"{missed:.1%} after a period"
+                f"{missed:.1%} after a period; more harmonics cost little here"
             )
             return Verdict(CONVERGED, reason, confirmed=True, family=MAIN_BRANCH)
         return Verdict(VERIFIED, confirmed=True, family=MAIN_BRANCH)
@@ -191,7 +191,10 @@ def _ended(
     last: float,
     series: FourierSeries,
 ) -> Branch:
-    """The branch with the families of its points, and why it ended."""
+    """The branch with the jumps between its points, and why it ended.
+
+    Its main branch is that to which the way from heavy damping leads.
+    """
     reason = f"reached gamma_ratio = {last:g}: damped motions"
     if failures:
         ratio, why = failures[0]
@@ -199,14 +202,7 @@ def _ended(
             f"{len(failures)} of {len(failures) + len(points)} damped motions were not found, the "
             f"first at gamma ratio {ratio:g}: {why}"
         )
-    of = families(points, series)
-    numbered = tuple(_of_family(*each) for each in zip(points, of.numbers, strict=True))
-    return Branch(numbered, failures, reason, jumps=of.jumps)
-
-
-def _of_family(point: BranchPoint, number: int) -> BranchPoint:
-    assert point.verdict is not None  # all points of this branch have one
-    return replace(point, verdict=replace(point.verdict, family=number))
+    return Branch(tuple(points), failures, reason, jumps=families(points, series).jumps)
 
 
 def _stability(motion: ResonantMotion) -> FloquetStability:

@@ -115,12 +115,17 @@ def result_table(result: RunResult, study: Study) -> Table:
 
 
 def stability_line(points: Sequence[BranchPoint]) -> str:
-    """How many motions are unstable without damping, and what holds them; empty if none is."""
-    from fenics_nnm.backbone.point_numbers import damping_needed
+    """How many motions are unstable, and what damping holds them; empty if none is."""
+    from fenics_nnm.backbone.point_numbers import damping_needed, is_damped
 
     needed = [each for each in map(damping_needed, points) if each > 0]
     if not needed:
         return ""
+    if any(map(is_damped, points)):
+        return (
+            f"{len(needed)} of {len(points)} motions are unstable with the damping of the study; "
+            f"{100 * max(needed):.2g} % of critical damping more would hold all of them"
+        )
     return (
         f"{len(needed)} of {len(points)} motions are unstable without damping; "
         f"{100 * max(needed):.2g} % of critical damping (ln |mu| / 2 pi) holds all of them"

@@ -100,10 +100,15 @@ def _driven(study: Study) -> list[str]:
     if not study.driven_sections:
         return []
     names = ", ".join(f"[{name}]" for name in study.driven_sections)
+    motions = (
+        "a run follows damped motions where it can"
+        if study.damped
+        else "the motions of a run are undamped"
+    )
     return [
         "",
-        f"{names}: for fenics-nnm response; the motions of a run are undamped, with the "
-        "damping ratio and the force that would keep them up in backbone.csv",
+        f"{names}: for fenics-nnm response; {motions}, with the damping ratio and the force that "
+        "keeps them up in backbone.csv",
     ]
 
 

@@ -123,6 +123,7 @@ COLUMNS = {
     "damping_needed": Column(numbers.damping_needed, digits=4),
     "damping_ratio": Column(numbers.damping_ratio),
     "resonance_force_N": Column(numbers.resonance_force),
+    "damped": Column(lambda point: "yes" if numbers.is_damped(point) else "no"),
     **EXTREMES,
 }
 

@@ -35,6 +35,7 @@ def summary_of(chosen: Choice, branch: Branch) -> dict[str, Any]:
             **entry,
             "met": found.meets(chosen.study.tolerance) and not doubt,
             "doubt": doubt,
+            "errors_without_damping": chosen.prepared.damping.follows,
             "harmonics_error": found.harmonics,
             "samples_error": found.samples,
             "reduction_error": found.modes,
@@ -51,8 +52,10 @@ def message_of(chosen: Choice, branch: Branch) -> str:
     if found is None:
         return f"{chosen.study.resolution}, as the run before found them"
     doubt = doubt_of(branch)
+    undamped = " without damping" if chosen.prepared.damping.follows else ""
     return (
-        f"{chosen.study.resolution}: expected error of the frequency {found.total:.1e} {_at(found)}"
+        f"{chosen.study.resolution}: expected error of the frequency{undamped} {found.total:.1e} "
+        f"{_at(found)}"
         f" (tolerance {chosen.study.tolerance:g})" + (f", but {doubt}" if doubt else "")
     )
 

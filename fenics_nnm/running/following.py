@@ -34,7 +34,7 @@ def follow(ready: Ready) -> tuple[Ready, Branch]:
     job = ready.job
     while True:
         branch = _followed(ready)
-        if ready.chosen.prepared.damping.maker is not None:
+        if ready.chosen.prepared.damping.follows:
             return ready, branch  # its points do not give the errors of undamped ones
         finer = improved(ready.chosen, branch.points, job.comm, job.stages, analyse=job.analyse)
         if finer is None:
@@ -81,7 +81,7 @@ def _solved(
         stages=ready.job.stages,
     )
     damping = ready.chosen.prepared.damping
-    if damping.light is not None and damping.maker is None:
+    if damping.light is not None and not damping.follows:
         branch = branch.kept_up(damping.light, ready.chosen.prepared.balance.series)
     with ready.job.stages.stage("stress"):
         branch = measured(ready, branch)

@@ -79,6 +79,7 @@ def run_summary(
         "grazing_energy_J": float(rest.omega[first] * amplitude) ** 2 / 2,
         "first_contact": _first_contact(linear.first_contact(first)),
         **summary_of(chosen, branch),
+        **prepared.damping.in_summary,
         "points": len(branch.points),
         "statuses": dict(Counter(point.status for point in branch.points)),
         "not_verified": _not_verified(branch),

@@ -24,6 +24,19 @@ class DampedRun:
     ratios: tuple[float, ...] = ()
     objection: str = ""
 
+    @property
+    def follows(self) -> bool:
+        """Whether damped motions are followed."""
+        return self.maker is not None
+
+    @property
+    def in_summary(self) -> dict[str, str]:
+        """What summary.json says of it; nothing of a study without damping."""
+        if self.light is None:
+            return {}
+        undamped = self.objection or "continuation.damped = false"
+        return {"damping": "followed" if self.follows else f"to first order: {undamped}"}
+
 
 #: Of a study without damping.
 UNDAMPED = DampedRun()

@@ -90,7 +90,7 @@ class Prepared:
     @property
     def series(self) -> str:
         """Series in time that its motions are written in: "time-reversible" or "general"."""
-        return "general" if self.damping.maker is not None else self.study.mode.series
+        return "general" if self.damping.follows else self.study.mode.series
 
     def beginning_at(self, begin: Begin) -> Prepared:
         """The same from a motion of an earlier run on; of a branch followed by its length."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fenics_nnm.backbone.point import MAIN_BRANCH, NO_FAMILY, BranchPoint
-from fenics_nnm.backbone.point_numbers import damping_needed
+from fenics_nnm.backbone.point_numbers import damping_needed, is_damped
 from fenics_nnm.output.html_report.elements import (
     Column,
     Html,
@@ -126,6 +126,8 @@ def _stability(point: BranchPoint) -> str:
         return "not known"
     if point.stability.kind == STABLE:
         return STABLE
+    if is_damped(point):
+        return f"unstable: {percent_of_critical(point)} of critical damping more would hold it"
     return f"unstable below {percent_of_critical(point)} of critical damping"
 
 
@@ -148,6 +150,14 @@ def _kinds_of_instability(points: Sequence[BranchPoint]) -> tuple[Html, ...]:
         return ()
     listed = "; ".join(f"{count} with {kind}" for kind, count in kinds.items())
     worst = max(points, key=lambda point: np.nan_to_num(damping_needed(point), nan=-1.0))
+    if is_damped(worst):
+        return (
+            paragraph(f"Points that are unstable with the damping of the study: {listed}."),
+            paragraph(
+                f"The most unstable one, at gamma ratio {worst.gamma_ratio:.6g}, would be held by "
+                f"{percent_of_critical(worst)} of critical damping more in all modes."
+            ),
+        )
     return (
         paragraph(f"Points that are unstable without damping: {listed}."),
         paragraph(

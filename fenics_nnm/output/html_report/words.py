@@ -17,7 +17,7 @@ from fenics_nnm.backbone.point import (
     BranchPoint,
     believable,
 )
-from fenics_nnm.backbone.point_numbers import damping_needed
+from fenics_nnm.backbone.point_numbers import damping_needed, is_damped
 from fenics_nnm.output.pictures.backbone import at_gamma_ratio_1
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.time_domain.stability import STABLE
@@ -115,8 +115,23 @@ def sentences(results: Results) -> list[str]:
     return [
         f"{_structure(results)} {_contact(results)}",
         f"{_mode(results)} {_method(results)}",
-        f"{_outcome(results.points)} {_trust(results.points)}",
+        f"{_damped(results.points)}{_outcome(results.points)} {_trust(results.points)}",
     ]
+
+
+def _damped(points: Sequence[BranchPoint]) -> str:
+    """That motions have the damping of the study, and how much they dissipate; nothing if not."""
+    kept = [point.sustained for point in points if point.sustained and is_damped(point)]
+    if not kept:
+        return ""
+    ratios = [100 * each.ratio for each in kept]
+    forces = [each.force for each in kept if np.isfinite(each.force)]
+    by = f" by {min(forces):.3g} to {max(forces):.3g} N of the excitation" if forces else ""
+    return (
+        f"The motions have the damping of the study: {min(ratios):.3g} to {max(ratios):.3g} % of "
+        f"critical damping, kept up in phase resonance{by}; their stability is that under this "
+        "force. "
+    )
 
 
 def _structure(results: Results) -> str:
@@ -282,6 +297,8 @@ def _held(points: Sequence[BranchPoint]) -> str:
     largest = float(np.nanmax(needed))
     if not largest > 0:
         return ""
+    if any(map(is_damped, points)):
+        return f", all would be with {100 * largest:.2g} % of critical damping more"
     return f" without damping, all with {100 * largest:.2g} % of critical damping"
 
 

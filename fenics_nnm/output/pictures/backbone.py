@@ -19,7 +19,7 @@ from fenics_nnm.backbone.point import (
     VERIFIED,
     BranchPoint,
 )
-from fenics_nnm.backbone.point_numbers import stability_kind
+from fenics_nnm.backbone.point_numbers import is_damped, stability_kind
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
@@ -89,6 +89,7 @@ _BIFURCATIONS = {
 _LINES = {
     "stable": ("-", 1.6, "stable"),
     "unstable": ("--", 1.2, "unstable without damping"),
+    "unstable, damped": ("--", 1.2, "unstable"),
     "": ("-", 0.6, "stability not known"),
 }
 
@@ -323,7 +324,8 @@ def _set_energy_scale(axes: Axes, energies: Array) -> None:
 
 def _stability(point: BranchPoint) -> str:
     kind = stability_kind(point)
-    return kind if kind in _LINES else "unstable"
+    unstable = "unstable, damped" if is_damped(point) else "unstable"
+    return kind if kind in _LINES else unstable
 
 
 def _draw_stability(

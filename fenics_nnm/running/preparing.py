@@ -155,7 +155,7 @@ def prepare(job: Job, staging: Staging) -> Ready:
 
 def _damped(prepared: Prepared) -> Prepared:
     """The same with what its damping does; to be called on all ranks."""
-    return replace(prepared, damping=damped_run(prepared.study, prepared.linear))
+    return prepared.with_damping(damped_run(prepared.study, prepared.linear))
 
 
 def _with_damping(chosen: Choice, comm: MPI.Comm) -> Choice:

@@ -90,7 +90,12 @@ class Prepared:
     @property
     def series(self) -> str:
         """Series in time that its motions are written in: "time-reversible" or "general"."""
-        return "general" if self.damping.follows else self.study.mode.series
+        return "general" if self.balance.general else "time-reversible"
+
+    def with_damping(self, damping: DampedRun) -> Prepared:
+        """The same with what its damping does; damped motions have sines."""
+        general = self.balance.general or damping.follows
+        return replace(self, damping=damping, balance=replace(self.balance, general=general))
 
     def beginning_at(self, begin: Begin) -> Prepared:
         """The same from a motion of an earlier run on; of a branch followed by its length."""

@@ -10,6 +10,8 @@ from fenics_nnm.backbone.grid import assert_ascending, grid
 from fenics_nnm.backbone.outlook import Outlook
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.point_maker import PointMaker
+from fenics_nnm.backbone.quantities import Sought
+from fenics_nnm.backbone.sought import Seeker
 from fenics_nnm.backbone.stepping import Stepping
 from fenics_nnm.backbone.wanted import NEWTON, Followed, Progress, inside
 from fenics_nnm.errors import ModelError
@@ -26,6 +28,8 @@ class EnergyContinuation:
         step: Largest step.
         smallest_step: A step that fails is halved down to this.
         report_at: Ratios that must be among the points.
+        sought: Values of other quantities that must have points, too, within these energies or
+            beyond them.
         newton: Newton's configuration.
     """
 
@@ -35,6 +39,7 @@ class EnergyContinuation:
     smallest_step: float = 0.005
     report_at: tuple[float, ...] = ()
     newton: Newton = NEWTON
+    sought: tuple[Sought, ...] = ()
 
     def __post_init__(self) -> None:
         assert_ascending(self.start, self.stop)
@@ -77,7 +82,9 @@ class EnergyContinuation:
         return self.start, self.stop
 
     def still_wanted(self, points: Iterable[BranchPoint]) -> tuple[BranchPoint, ...]:
-        """Points between these."""
+        """Points between these; all of them where values of other quantities are sought."""
+        if self.sought:
+            return tuple(points)
         return tuple(p for p in points if inside(p.position, self.start, self.stop))
 
     def follow(self, cascade: Cascade, maker: PointMaker, progress: Progress) -> Followed:
@@ -86,4 +93,7 @@ class EnergyContinuation:
         stepping.take_over(progress.known)
         downwards = cascade.belonging.lifts_off
         stepping.run(self.targets(), progress.on_position, downwards=downwards)
-        return stepping.ended(self.stop)
+        if not self.sought:
+            return stepping.ended(self.stop)
+        missing = Seeker(stepping, progress.measures, self.step).find(self.sought)
+        return stepping.ended(self.stop).without(missing)

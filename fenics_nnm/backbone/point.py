@@ -91,6 +91,7 @@ class ContinuationNotes:
         event: What the branch does here, found by its length: "fold in gamma", "fold in omega",
             "branch point", or nothing.
         slope: d ln omega / d ln gamma of the family at this point; nan where it is not known.
+        asked: Which value was asked for, such as "stress 3e+08 Pa", or nothing.
     """
 
     iterations: int
@@ -98,6 +99,7 @@ class ContinuationNotes:
     skipped: str = ""
     event: str = ""
     slope: float = float("nan")
+    asked: str = ""
 
 
 @dataclass(frozen=True, slots=True)

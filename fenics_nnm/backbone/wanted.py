@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.outlook import Horizon, Outlook
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.point_maker import PointMaker
+from fenics_nnm.backbone.quantities import PLAIN, Measures
 from fenics_nnm.nonlinear.newton import Newton
 
 #: Newton's configuration, unless another one is given.
@@ -38,6 +39,13 @@ class Followed:
     reason: str
     connected: bool = False
 
+    def without(self, failures: Failures) -> Followed:
+        """The same with further wanted motions that have no point."""
+        if not failures:
+            return self
+        reason = failures[0][1] if not self.failures else self.reason
+        return replace(self, failures=self.failures + failures, reason=reason)
+
 
 @dataclass(frozen=True, slots=True)
 class Progress:
@@ -48,11 +56,13 @@ class Progress:
         on_point: Called with each converged point before the next one is begun; a later point at
             the same position replaces the earlier one. The check of periodicity comes at the end.
         on_position: Called with each position that has been dealt with.
+        measures: Quantities of motions that values may be asked of.
     """
 
     known: Sequence[BranchPoint] = ()
     on_point: Callable[[BranchPoint], None] = lambda point: None
     on_position: Callable[[float], None] = lambda position: None
+    measures: Measures = field(default_factory=lambda: PLAIN)
 
 
 #: A branch from its beginning, of which nobody hears on the way.

@@ -96,13 +96,15 @@ def result_table(result: RunResult, study: Study) -> Table:
     """A few points of the branch: those reported, or evenly spread ones."""
     from rich.table import Table
 
+    from fenics_nnm.backbone.quantities import asked_points
+
     table = Table(title=study.title or None, box=None, padding=(0, 3, 0, 0))
     points = result.branch.points
     several = any(point.family > 1 for point in points)
     family = ("family",) if several else ()
     for heading in ("gamma ratio", "frequency (Hz)", "ratio", "status", *family):
         table.add_column(heading, justify="right", no_wrap=True)
-    reported = [p for p in points if p.gamma_ratio in study.continuation.report_at]
+    reported = asked_points(points, study.continuation.report_at)
     for point in reported or points[:: max(1, len(points) // 10)]:
         table.add_row(
             f"{point.gamma_ratio:g}",

@@ -80,7 +80,6 @@ class ExtremesOf:
         strengths: Strengths of the materials.
         phase: Instants at which displacement and stress are sought, as phases.
         patches: Nodes of each contact patch.
-        lengths: Displacements of the shapes.
         bases: Keeps stresses of the shapes.
     """
 
@@ -92,20 +91,20 @@ class ExtremesOf:
     strengths: Strengths
     phase: Array
     patches: tuple[Indices, ...]
-    lengths: LengthScreen
     bases: KeptBases
 
     def of(self, points: Sequence[PlacedMotion]) -> tuple[Extremes, ...]:
         """Extremes of points, in their order."""
         amounts = [self.shapes.amounts(point, self.phase) for point in points]
-        moved = [self._moved(each) for each in amounts]
+        lengths = self._lengths()
+        moved = [self._moved(each, lengths) for each in amounts]
         stresses = self._stresses(amounts)
         forces = [self._forces(point) for point in points]
         return tuple(_extremes(*each) for each in zip(moved, stresses, forces, strict=True))
 
     def amplitude(self, motion: Motion) -> float:
         """Largest displacement of a motion in m."""
-        return self._moved(self._amounts(motion))[0].value
+        return self._moved(self._amounts(motion), self._lengths())[0].value
 
     def stress(self, motion: Motion) -> float:
         """Largest von Mises stress of a motion in Pa, away from singular places."""
@@ -132,7 +131,7 @@ class ExtremesOf:
                 for swing in swings
             ]
         )
-        moved, of_patches = self._moved(amounts)
+        moved, of_patches = self._moved(amounts, self._lengths())
         (stresses,) = self._stresses([amounts])
         none = np.zeros((1, len(of_patches)))
         return _extremes((moved, of_patches), stresses, (none, none[0]))
@@ -140,14 +139,19 @@ class ExtremesOf:
     def _amounts(self, motion: Motion) -> Array:
         return self.shapes.amounts(_Placed(motion), self.phase)
 
-    def _moved(self, amounts: Array) -> tuple[Spot, Array]:
+    def _lengths(self) -> LengthScreen:
+        """Displacements of the shapes in single precision."""
+        branch = self.branch
+        return length_screen(len(branch.nodes), branch.shapes.shape[2], self.shapes.at)
+
+    def _moved(self, amounts: Array, lengths: LengthScreen) -> tuple[Spot, Array]:
         """The largest displacement, and that of the nodes of each patch, shape (patches,)."""
 
         def exact(few: Indices) -> Array:
             field = np.tensordot(amounts, self.shapes.at(few), 1)
             return np.sqrt(np.einsum("tni,tni->tn", field, field).max(axis=0))
 
-        found, values = with_largest(self.lengths.bound(amounts), exact, 1)
+        found, values = with_largest(lengths.bound(amounts), exact, 1)
         at = int(np.argmax(values))
         x, y, z = (float(each) for each in self.branch.nodes[found[at]])
         patches = [exact(each).max() for each in self.patches]
@@ -239,7 +243,6 @@ def extremes_of(
         strengths=strengths,
         phase=2 * np.pi * times,
         patches=_patches(branch),
-        lengths=length_screen(len(branch.nodes), branch.shapes.shape[2], shapes.at),
         bases=bases,
     )
 

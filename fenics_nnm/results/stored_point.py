@@ -77,15 +77,17 @@ SCALARS: dict[str, Callable[[BranchPoint], float | int | str]] = {
     "damping_ratio": numbers.damping_ratio,
     "resonance_force": numbers.resonance_force,
     "damped": numbers.is_damped,
+    "asked": lambda point: point.notes.asked,
 }
 
 #: Those that files of earlier versions lack, and what is known of their points.
-ADDED: dict[str, float | int] = {
+ADDED: dict[str, float | int | str] = {
     "slope": float("nan"),
     "family": NO_FAMILY,
     "damping_ratio": float("nan"),
     "resonance_force": float("nan"),
     "damped": False,
+    "asked": "",
 }
 
 #: Arrays of a point by their stored name.
@@ -186,6 +188,7 @@ def _notes(stored: Mapping[str, Any]) -> ContinuationNotes:
         skipped=stored["skipped"],
         event=stored["event"],
         slope=stored["slope"],
+        asked=stored["asked"],
     )
 
 

@@ -84,6 +84,7 @@ EXTREMES = {
     "yield_margin": _known(lambda own: own.yield_margin.value, digits=6),
     "goodman_margin": _known(lambda own: own.goodman_margin.value, digits=6),
     "beyond": _text(lambda own: own.beyond),
+    "asked_for": Column(lambda point: point.notes.asked),
 }
 
 #: Columns of backbone.csv and where each comes from; other programs rely on the names.

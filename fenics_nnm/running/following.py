@@ -17,7 +17,7 @@ from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.resolution.auto import improved
 from fenics_nnm.results import branch_file, journal
 from fenics_nnm.results.journal import Journal
-from fenics_nnm.running.measuring import measured
+from fenics_nnm.running.measuring import measured, measures, measuring_of
 from fenics_nnm.running.preparing import Ready
 
 logger = logging.getLogger(__name__)
@@ -74,17 +74,19 @@ def _solved(
     flexibility: FlexibilitySource | None = None,
 ) -> Branch:
     points = journal.opened(lambda: ready.staging.branch)
+    measuring = measuring_of(ready)
     branch = ready.chosen.prepared.followed(
         flexibility=flexibility,
         known=known,
         on_point=lambda point: store(points, point),
+        measures=measures(measuring),
         stages=ready.job.stages,
     )
     damping = ready.chosen.prepared.damping
     if damping.light is not None and not damping.follows:
         branch = branch.kept_up(damping.light, ready.chosen.prepared.balance.series)
     with ready.job.stages.stage("stress"):
-        branch = measured(ready, branch)
+        branch = measured(measuring, branch)
     with uninterrupted():
         branch_file.finish(ready.staging.branch, branch)
     return branch

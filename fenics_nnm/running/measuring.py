@@ -11,6 +11,7 @@ import numpy as np
 from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.extremes import UNKNOWN, Extremes, PatchExtremes, Spot
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.quantities import PLAIN, Measures
 from fenics_nnm.fields.extremes import extremes_of
 from fenics_nnm.fields.strength import strengths_of
 from fenics_nnm.mechanics.fourier import Series
@@ -24,7 +25,7 @@ from fenics_nnm.running.preparing import Ready
 _FINER = 4
 
 
-class Measures(Protocol):
+class Measuring(Protocol):
     """Finds extremes of motions."""
 
     def of(self, points: Sequence[BranchPoint]) -> Sequence[Extremes]:
@@ -37,7 +38,7 @@ class Measures(Protocol):
         """Largest von Mises stress in Pa away from singular places."""
 
 
-def measures_of(ready: Ready) -> Measures:
+def measuring_of(ready: Ready) -> Measuring:
     """What measures the motions of a run, whose branch.h5 is begun."""
     chosen = ready.chosen
     study, linear = chosen.study, chosen.linear
@@ -53,13 +54,18 @@ def measures_of(ready: Ready) -> Measures:
     return extremes_of(branch, study.output.frames, strengths, ready.bases)
 
 
-def measured(ready: Ready, branch: Branch) -> Branch:
+def measured(measuring: Measuring, branch: Branch) -> Branch:
     """The branch with the extremes of its points."""
     if not branch.points:
         return branch
-    found = measures_of(ready).of(branch.points)
+    found = measuring.of(branch.points)
     points = (replace(p, extremes=each) for p, each in zip(branch.points, found, strict=True))
     return replace(branch, points=tuple(points))
+
+
+def measures(measuring: Measuring) -> Measures:
+    """Quantities of motions, by their names."""
+    return {**PLAIN, "amplitude": measuring.amplitude, "stress": measuring.stress}
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,15 +73,15 @@ class Unmeasured:
     """Knows nothing of motions."""
 
     def of(self, points: Sequence[BranchPoint]) -> Sequence[Extremes]:
-        """As `Measures.of`."""
+        """As `Measuring.of`."""
         return [UNKNOWN for _ in points]
 
     def amplitude(self, motion: Motion) -> float:
-        """As `Measures.amplitude`."""
+        """As `Measuring.amplitude`."""
         return float("nan")
 
     def stress(self, motion: Motion) -> float:
-        """As `Measures.stress`."""
+        """As `Measuring.stress`."""
         return float("nan")
 
 
@@ -94,15 +100,15 @@ class MatrixMeasures:
     series: Series
 
     def of(self, points: Sequence[BranchPoint]) -> Sequence[Extremes]:
-        """As `Measures.of`; all contact rows are one patch, displaced along their directions."""
+        """As `Measuring.of`; all contact rows are one patch, displaced along their directions."""
         return [self._of(point.motion) for point in points]
 
     def amplitude(self, motion: Motion) -> float:
-        """As `Measures.amplitude`."""
+        """As `Measuring.amplitude`."""
         return self.basis.largest(self.model, self.series, motion)
 
     def stress(self, motion: Motion) -> float:
-        """As `Measures.stress`."""
+        """As `Measuring.stress`."""
         return float("nan")
 
     def _of(self, motion: Motion) -> Extremes:

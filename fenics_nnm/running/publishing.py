@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fenics_nnm.backbone.follow import Branch
+from fenics_nnm.backbone.quantities import asked_points
 from fenics_nnm.fem.conducting import led
 from fenics_nnm.fem.harmonic import inertial_blocks
 from fenics_nnm.fem.linear import LinearAnalysis
@@ -68,7 +69,7 @@ def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
     write_linear_modes(folder / "linear_modes.vtu", body)
     if body.solid.state is not None:
         on_root(comm, write_state, folder / "static_state.vtu", file)
-    wanted = [p for p in branch.points if p.gamma_ratio in study.continuation.report_at]
+    wanted = asked_points(branch.points, study.continuation.report_at)
     if study.full_order:
         series = ready.chosen.prepared.balance.series
         inertia = {p.position: inertial_blocks(body, series, p.motion) for p in wanted}

@@ -22,6 +22,7 @@ from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.order import contact_model
 from fenics_nnm.backbone.outlook import Outlook, outlook
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.backbone.quantities import PLAIN, Measures
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.flexibility import FlexibilitySource
 from fenics_nnm.stages import Stages
@@ -107,6 +108,7 @@ class Prepared:
         flexibility: FlexibilitySource | None = None,
         known: Sequence[BranchPoint] = (),
         on_point: Callable[[BranchPoint], None] = lambda point: None,
+        measures: Measures = PLAIN,
         stages: Stages | None = None,
     ) -> Branch:
         """Follow the nonlinear mode.
@@ -115,12 +117,16 @@ class Prepared:
             flexibility: Residual flexibility of the whole model, for a study of full order.
             known: Points found before.
             on_point: Called with each converged point before the next one is begun.
+            measures: Quantities of motions that values may be asked of.
             stages: Timings and progress.
         """
         stages, wanted = stages or Stages(), self.wanted
         span = wanted.stop - wanted.start
         progress = Progress(
-            known, on_point, lambda position: stages.report((position - wanted.start) / span)
+            known,
+            on_point,
+            lambda position: stages.report((position - wanted.start) / span),
+            measures,
         )
         if (maker := self.damping.maker) is not None:
             with stages.stage("damped motions"):

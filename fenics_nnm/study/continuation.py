@@ -6,14 +6,16 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from fenics_nnm.backbone.arc_continuation import ArcContinuation
 from fenics_nnm.backbone.arc_start import Begin
 from fenics_nnm.backbone.energy_continuation import EnergyContinuation
 from fenics_nnm.backbone.frequency_continuation import FrequencyContinuation
+from fenics_nnm.backbone.quantities import Sought
 from fenics_nnm.continuation.trace_options import ArcLength, Predictor
-from fenics_nnm.study.record import Count, FromList, Positive, Record
+from fenics_nnm.study.asked import sought_amount, with_units_apart
+from fenics_nnm.study.record import Count, FromList, Length, Positive, Record, Stress
 from fenics_nnm.study.tagged import tag_text, value_of
 
 Stepping = Literal["energy", "frequency", "arc-length"]
@@ -28,6 +30,19 @@ _ENERGIES = "range { from, to, step } of gamma ratios"
 #: Most energies of a study; more are a misprint of the step.
 _MOST_STEPS = 100_000
 
+
+#: Where a branch over energies in J has equal steps up to: from there on it goes to these.
+_UP_TO_CONTACT = 1.0
+
+
+def _an_amount(text: str) -> str:
+    """A text that is an amount."""
+    sought_amount(text)
+    return text
+
+
+Amount = Annotated[str, AfterValidator(_an_amount)]
+"""A text of a number with a unit."""
 
 #: A ratio, or a step of it: larger ones are misprints.
 Ratio = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
@@ -251,7 +266,39 @@ class EnergySection(_OverEnergies):
 
     parameter: Literal["energy"] = Field("energy", description=_PARAMETERS)
     internal_resonance: Literal["skip"] | None = Field(None, description=_RESONANCES)
-    energies: Energies = Field(Energies(), description=_ENERGIES)
+    energies: Energies = Field(
+        Energies(), description=f'{_ENERGIES}; or in J, as a range or as a list: ["1.2 J"]'
+    )
+    energy_values: Annotated[tuple[Positive, ...], FromList] = Field(
+        (), description="energies in J that get a point: those of energies with units"
+    )
+    amplitudes: Annotated[tuple[Length, ...], FromList] = Field(
+        (), description="largest displacements in m that get a point and ParaView files"
+    )
+    stresses: Annotated[tuple[Stress, ...], FromList] = Field(
+        (), description="largest von Mises stresses in Pa that get a point and ParaView files"
+    )
+    report_values: Annotated[tuple[Amount, ...], FromList] = Field(
+        (),
+        description='amounts with units that get a point and ParaView files, as in ["2 mm", '
+        '"300 MPa", "1.2 J", "410 Hz"]: those of report_at with units',
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _units_apart(cls, given: Any) -> Any:
+        return with_units_apart(given) if isinstance(given, dict) else given
+
+    @property
+    def sought(self) -> tuple[Sought, ...]:
+        """Values of quantities that get a point, each once."""
+        found = [
+            *(sought_amount(text) for text in self.report_values),
+            *(Sought("amplitude", value) for value in self.amplitudes),
+            *(Sought("stress", value) for value in self.stresses),
+            *(Sought("energy", value, reported=False) for value in self.energy_values),
+        ]
+        return tuple(dict.fromkeys(found))
 
     @property
     def damped_ratios(self) -> tuple[float, ...]:
@@ -261,7 +308,11 @@ class EnergySection(_OverEnergies):
     def wanted(self, harmonic: int, begin: Begin | None = None) -> EnergyContinuation:
         """The motions of the branch that are wanted."""
         over = self.energies
-        return EnergyContinuation(over.start, over.stop, over.step, report_at=self.report_at)
+        ratios_given = "energies" in self.model_fields_set or not self.energy_values
+        stop = over.stop if ratios_given else max(_UP_TO_CONTACT, *self.report_at, 0)
+        return EnergyContinuation(
+            over.start, stop, over.step, report_at=self.report_at, sought=self.sought
+        )
 
 
 class FrequencySection(_Branch):

@@ -58,7 +58,7 @@ HEADER = (
     "contact_force_N,contact_impulse_Ns,von_mises_Pa,von_mises_place_m,von_mises_quantile_Pa,"
     "von_mises_anywhere_Pa,von_mises_anywhere_place_m,von_mises_anywhere_kind,"
     "principal_Pa,principal_place_m,principal_quantile_Pa,principal_anywhere_Pa,"
-    "principal_anywhere_place_m,principal_anywhere_kind,yield_margin,goodman_margin,beyond"
+    "principal_anywhere_place_m,principal_anywhere_kind,yield_margin,goodman_margin,beyond,asked_for"
 )
 
 

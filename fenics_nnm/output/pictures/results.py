@@ -89,8 +89,11 @@ class Results:
     def chosen(self) -> tuple[BranchPoint, ...]:
         """Points that pictures of motions show: those reported, or else the branch's ends."""
         continuation = self.header.values.get("continuation", {})
-        wanted = continuation.get("report_at", [])
-        return _spread(_first_of_each(self.shown, wanted) or self.touching or self.shown)
+        named = continuation.get("report_at", [])
+        wanted = [ratio for ratio in named if not isinstance(ratio, str)]
+        asked = tuple(point for point in self.shown if point.notes.asked)
+        reported = _first_of_each(self.shown, wanted) or asked
+        return _spread(reported or self.touching or self.shown)
 
     @property
     def chosen_touching(self) -> tuple[BranchPoint, ...]:

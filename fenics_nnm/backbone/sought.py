@@ -20,6 +20,9 @@ _FOUND, _MET = 1e-8, 1e-5
 #: The branch is followed further by factors up to this one, so often at most.
 _LONGEST, _ROUNDS = 2.0, 16
 
+#: Larger gamma ratios are not tried.
+_LARGEST = 1e4
+
 
 @dataclass(slots=True)
 class Seeker:
@@ -42,6 +45,8 @@ class Seeker:
         Returns:
             The gamma ratios that were tried last for values without a point, with the reasons.
         """
+        for ratio, point in self.stepping.points.items():  # of an earlier run
+            self.stepping.points[ratio] = replace(point, notes=replace(point.notes, asked=""))
         failures = []
         for each in sorted(sought, key=lambda each: each.quantity == "frequency"):
             try:
@@ -83,27 +88,34 @@ class Seeker:
         Raises:
             ConvergenceError: if the motion is not found, or the branch jumps over the value.
         """
-        for end in ends:
-            if self._off(sought, self._value(sought, end)) <= _MET:
-                return end
+        if ends[0] == ends[1]:
+            return ends[0]
 
         def excess(ratio: float) -> float:
             if ratio in ends:
                 return float(np.log(self._value(sought, ratio) / sought.value))
-            finest = self._solved(ratio).finest
-            assert finest is not None
-            motion = self.stepping.maker.motion(finest)
-            return float(np.log(self.measures[sought.quantity](motion) / sought.value))
+            return float(np.log(self._measured(sought, ratio)[1] / sought.value))
 
         ratio = float(brentq(excess, *ends, xtol=_FOUND * ends[0], rtol=_FOUND))
-        self.stepping.accept(self._solved(ratio))
-        found = self._value(sought, ratio)
-        if self._off(sought, found) > _MET:
+        solved, value = self._measured(sought, ratio)
+        if self._off(sought, value) > _MET:
             raise ConvergenceError(
-                f"the branch jumps over it at gamma ratio {ratio:.6g}, where it has {found:.6g} "
+                f"the branch jumps over it at gamma ratio {ratio:.6g}, where it has {value:.6g} "
                 f"{UNITS[sought.quantity]}"
             )
+        self.stepping.accept(solved)
         return ratio
+
+    def _measured(self, sought: Sought, ratio: float) -> tuple[CascadeSolution, float]:
+        """The motion of a gamma ratio and its quantity.
+
+        Raises:
+            ConvergenceError: if none is found.
+        """
+        solved = self._solved(ratio)
+        assert solved.finest is not None
+        motion = self.stepping.maker.motion(solved.finest)
+        return solved, self.measures[sought.quantity](motion)
 
     def _solved(self, ratio: float) -> CascadeSolution:
         """The motion of a gamma ratio.
@@ -120,17 +132,15 @@ class Seeker:
         return replace(found, solutions=(*found.solutions[:-1], finest))
 
     def _crossings(self, sought: Sought) -> list[tuple[float, float]]:
-        """Gamma ratios of neighbours that a value lies between, each value at an end once."""
-        found: list[tuple[float, float]] = []
-        for (low, below), (high, above) in pairwise(self._passed(sought)):
-            inside = min(below, above) < sought.value < max(below, above)
-            at_end = self._off(sought, above) <= _MET and self._off(sought, below) > _MET
-            if inside or at_end:
-                found.append((low, high))
-        first = self._passed(sought)[0]
-        if self._off(sought, first[1]) <= _MET:
-            found.insert(0, (first[0], first[0]))
-        return found
+        """Gamma ratios of neighbours that a value lies between; twice that of a point with it."""
+        passed = self._passed(sought)
+        hits = {ratio for ratio, value in passed if self._off(sought, value) <= _MET}
+        found = [
+            (low, high)
+            for (low, below), (high, above) in pairwise(passed)
+            if min(below, above) < sought.value < max(below, above) and not hits & {low, high}
+        ]
+        return sorted(found + [(ratio, ratio) for ratio in hits])
 
     def _go_there(self, sought: Sought) -> None:
         """Follow the branch further, down or up, until it passes a value that grows with energy."""
@@ -138,6 +148,8 @@ class Seeker:
             return
         for _ in range(_ROUNDS):
             passed = self._passed(sought)
+            if passed[-1][0] >= _LARGEST:
+                return
             if passed[0][1] > sought.value:
                 start, stop = self._expected(sought, passed[:2]), passed[0][0]
                 steps = [max(start, stop / _LONGEST)]

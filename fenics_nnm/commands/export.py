@@ -22,9 +22,19 @@ from fenics_nnm.field_names import DEFAULT_FIELDS, FIELDS, LEAST_FRAMES, FieldNa
 
 if TYPE_CHECKING:
     from fenics_nnm.backbone.point import BranchPoint
+    from fenics_nnm.backbone.quantities import Sought
     from fenics_nnm.response.point import ResponsePoint
+    from fenics_nnm.results.stored_branch import StoredBranch
 
 Found = TypeVar("Found")
+
+#: Options by which points of a run are named, with an example of each.
+EXAMPLES = {
+    "amplitude": "2mm",
+    "energy": "1.2J",
+    "stress": "300MPa",
+    "frequency": "410Hz",
+}
 
 #: Fields that have to be asked for.
 _LEFT_OUT = [name for name in FIELDS if name not in DEFAULT_FIELDS]
@@ -45,6 +55,13 @@ def add_to(commands: Commands) -> None:
     export.add_argument(
         "--gamma", type=float, nargs="+", metavar="RATIO", help="gamma ratios, of a run"
     )
+    for name, example in EXAMPLES.items():
+        export.add_argument(
+            f"--{name}",
+            nargs="+",
+            metavar="VALUE",
+            help=f"{name} with its unit, as in {example}, of a run",
+        )
     export.add_argument(
         "--at", type=float, nargs="+", metavar="HZ", help="frequencies, of a response"
     )
@@ -80,30 +97,89 @@ def _export(arguments: argparse.Namespace) -> int:
         return _export_response(arguments)
     for option in ("at", "level"):
         if getattr(arguments, option) is not None:
-            raise StudyError(f"--{option}: is for a response: of a run name --gamma")
+            raise StudyError(
+                f"--{option}: is for a response: of a run name --gamma, --{', --'.join(EXAMPLES)}"
+            )
     return _export_branch(arguments)
 
 
 def _export_branch(arguments: argparse.Namespace) -> int:
-    from fenics_nnm.fields.export import export
+    from fenics_nnm.fields.export import export, export_points
 
-    ratios = _numbers("gamma", arguments.gamma)
-    found = _written(arguments, "branch.h5", export, ratios, _line)
+    sought = _sought(arguments)
+    if not sought:
+        ratios = _numbers("gamma", arguments.gamma)
+        found = _written(arguments, "branch.h5", export, ratios, _line)
+        return _ended(_missing(ratios, found))
+    if arguments.gamma is not None:
+        raise StudyError(f"--gamma: does not go with --{sought[0].quantity}: name one of both")
+    return _ended(_written_of(arguments, export_points, sought))
+
+
+def _written_of(
+    arguments: argparse.Namespace, write: Callable[..., list[BranchPoint]], sought: Sequence[Sought]
+) -> list[str]:
+    """Write the points nearest to values; lines about those that are not there."""
+    from mpi4py import MPI
+
+    from fenics_nnm.fields.nearest import nearest_to
+
+    lines: list[str] = []
+    far: list[str] = []
+
+    def choose(branch: StoredBranch) -> list[BranchPoint]:
+        listed = [each for value in sought for each in nearest_to(branch.points, value)]
+        for each in listed:
+            (lines if abs(each.off) <= _TOLERANCE else far).append(str(each))
+        chosen = {each.point.position for each in listed}
+        return [point for point in branch.points if point.position in chosen]
+
+    _written(arguments, "branch.h5", write, choose, _line)
+    lines, far = MPI.COMM_WORLD.bcast((lines, far))
+    for line in lines:
+        show(console_of(MPI.COMM_WORLD), line)
+    return far
+
+
+def _sought(arguments: argparse.Namespace) -> list[Sought]:
+    """Values of quantities that are wanted.
+
+    Raises:
+        StudyError: if one is no amount of its quantity.
+    """
+    from fenics_nnm.backbone.quantities import UNITS, Sought
+    from fenics_nnm.geometry.amounts import amount
+
+    found = []
+    for name in EXAMPLES:
+        for text in getattr(arguments, name) or ():
+            try:
+                value, _ = amount(text, UNITS[name])
+            except ValueError as error:
+                raise StudyError(f"--{name} {text}: {error}") from error
+            if not 0 < value < math.inf:
+                raise StudyError(f"--{name} {text}: must be positive")
+            found.append(Sought(name, value))
+    return found
+
+
+def _missing(ratios: Sequence[float], found: Sequence[BranchPoint]) -> list[str]:
     far = _far(ratios, [point.gamma_ratio for point in found])
-    return _ended(
-        [
-            f"--gamma {ratio:g}: no such point, the nearest has gamma ratio {near:g}"
-            for ratio, near in far
-        ]
-    )
+    return [
+        f"--gamma {ratio:g}: no such point, the nearest has gamma ratio {near:g}"
+        for ratio, near in far
+    ]
 
 
 def _export_response(arguments: argparse.Namespace) -> int:
     from fenics_nnm.fields.export import AtFrequencies, export_response
     from fenics_nnm.results.response_file import NAME
 
-    if arguments.gamma is not None:
-        raise StudyError("--gamma: is for a run: of a response name frequencies in Hz by --at")
+    for option in ("gamma", *EXAMPLES):
+        if getattr(arguments, option) is not None:
+            raise StudyError(
+                f"--{option}: is for a run: of a response name frequencies in Hz by --at"
+            )
     wanted = AtFrequencies(_numbers("at", arguments.at), arguments.level)
     found = _written(arguments, NAME, export_response, wanted, _line_of_response)
     far = _far(wanted.frequencies, [point.frequency for point in found])

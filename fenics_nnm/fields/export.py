@@ -57,7 +57,31 @@ def export(
         OutputError: if the file cannot be read, has no mesh or no such motion, or the folder is
             there already or cannot be written.
     """
-    points = on_root(comm, _begun, file, folder, ratios)
+
+    def nearest(branch: StoredBranch) -> list[BranchPoint]:
+        return _nearest(branch, ratios)
+
+    return export_points(
+        file, folder, nearest, fields=fields, frames=frames, comm=comm, on_progress=on_progress
+    )
+
+
+def export_points(
+    file: Path,
+    folder: Path,
+    choose: Callable[[StoredBranch], list[BranchPoint]],
+    *,
+    fields: Sequence[FieldName],
+    frames: int,
+    comm: MPI.Intracomm,
+    on_progress: Callable[[float], None] = lambda done: None,
+) -> list[BranchPoint]:
+    """The same of points that are chosen from the branch, on rank 0, which has some.
+
+    Raises:
+        OutputError: as `export`.
+    """
+    points = on_root(comm, _begun, file, folder, choose)
     with _whole_or_not(folder, comm):
         write_motions(
             folder,
@@ -160,10 +184,14 @@ def _whole_or_not(folder: Path, comm: MPI.Comm) -> Iterator[None]:
         raise
 
 
-def _begun(file: Path, folder: Path, ratios: Sequence[float]) -> list[BranchPoint]:
+def _begun(
+    file: Path, folder: Path, choose: Callable[[StoredBranch], list[BranchPoint]]
+) -> list[BranchPoint]:
     """Make the folder, and list the points that are wanted."""
     branch = read_stored_branch(file)
-    points = _nearest(file, branch, ratios)
+    if not branch.points:
+        raise OutputError(f"{file}: has no points")
+    points = choose(branch)
     if _is_full_order(branch):
         for point in points:
             _assert_whole(file, branch, point)
@@ -177,9 +205,7 @@ def _is_full_order(branch: StoredBranch) -> bool:
     return bool(method == "none")
 
 
-def _nearest(file: Path, branch: StoredBranch, ratios: Sequence[float]) -> list[BranchPoint]:
-    if not branch.points:
-        raise OutputError(f"{file}: has no points")
+def _nearest(branch: StoredBranch, ratios: Sequence[float]) -> list[BranchPoint]:
     have = np.array([point.gamma_ratio for point in branch.points])
     chosen = np.zeros(len(have), dtype=bool)
     for ratio in ratios:

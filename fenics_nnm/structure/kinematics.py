@@ -20,6 +20,7 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.structure.bending import Bendable, Bending, bent, of_mode_alone
 from fenics_nnm.structure.masters import chosen_masters
 from fenics_nnm.structure.motions import wanted_motions
+from fenics_nnm.structure.motions_at_speed import Quantity, ReachedByTargets, Target
 from fenics_nnm.study import MeshStudy
 
 Reached = Callable[[MeshStudy, Bendable], float]
@@ -27,9 +28,19 @@ Reached = Callable[[MeshStudy, Bendable], float]
 
 
 def asked_of_study(study: MeshStudy, linear: Bendable) -> float:
-    """Largest gamma ratio that a study asks for; 1 if it asks for frequencies."""
+    """Largest gamma ratio that a study asks for; 1 if it asks for frequencies.
+
+    Energies in J and amplitudes count with linear motions of their size.
+    """
     by_frequency = study.continuation.stepping == "frequency"
-    return 1.0 if by_frequency else wanted_motions(study).largest_ratio
+    largest = 1.0 if by_frequency else wanted_motions(study).largest_ratio
+    sizes = {each.value for each in Quantity}
+    targets = [
+        Target(Quantity(each.quantity), each.value)
+        for each in study.continuation.sought
+        if each.quantity in sizes
+    ]
+    return max(largest, ReachedByTargets(targets)(study, linear)) if targets else largest
 
 
 def bending_of(study: MeshStudy, body: Bendable, solver: ModalSolver, stages: Stages) -> Bending:

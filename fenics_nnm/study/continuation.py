@@ -192,6 +192,11 @@ class _Branch(Record):
         """A motion of an earlier run to begin at, None for the linear mode."""
         return None
 
+    @property
+    def sought(self) -> tuple[Sought, ...]:
+        """Values of quantities that get a point."""
+        return ()
+
     def advice(self, samples: int) -> str:
         """Keys of the study that may help where motions are missing.
 

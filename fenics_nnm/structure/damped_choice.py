@@ -57,6 +57,8 @@ def _objection(study: Study, linear: Linear, light: LightDamping, ratios: tuple[
     model, mode = linear.model, study.mode.number - 1
     if not ratios:
         return 'continuation.parameter: damped motions are followed over "energy" alone'
+    if study.continuation.sought:
+        return "continuation: amplitudes, stresses and energies in J are those of undamped motions"
     if light.loss.any():
         return "damping.loss_factor: has no equations in time"
     if model.kinematics.forces:

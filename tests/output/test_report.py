@@ -20,14 +20,15 @@ import pytest
 from conftest import PLATE, ROD, Ended, changed, toml
 from web_page import Element, read_page
 
-from fenics_nnm.backbone.point import FAILED, Verdict
+from fenics_nnm.backbone.point import CONVERGED, FAILED, VERIFIED, BranchPoint, Verdict
 from fenics_nnm.cli import main
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.campbell_report import write_campbell
 from fenics_nnm.output.gallery import Picture
 from fenics_nnm.output.html_report.campbell import campbell
+from fenics_nnm.output.html_report.headlines import headlines, next_steps
 from fenics_nnm.output.html_report.words import aligned, length, plain, sentences, signed
-from fenics_nnm.output.pictures.results import read_results
+from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.structure.campbell import AtSpeed
 
 #: A title that would do harm as HTML, as a template, and in a caption.
@@ -54,6 +55,7 @@ def reported(results: Path, file: Path | None = None) -> Element:
     assert main(["report", str(results), *(["--output", str(file)] if file else [])]) == 0
     page = read_page((file or results / "report.html").read_text("utf-8"))
     assert_alone(page)
+    assert_guarded(page)
     assert_references(page)
     for section in page.all("section"):
         heading, *content = section.inside
@@ -80,6 +82,20 @@ def assert_alone(page: Element) -> None:
             assert ElementTree.fromstring(data).tag.endswith("svg")
         else:
             assert data[:4] in (b"\x89PNG", b"GIF8")
+
+
+def assert_guarded(page: Element) -> None:
+    """Browsers are told to load nothing from elsewhere, and to run nothing."""
+    (policy,) = (
+        meta.attributes["content"]
+        for meta in page.all("meta")
+        if meta.attributes.get("http-equiv") == "Content-Security-Policy"
+    )
+    allowed = dict(each.strip().split(" ", 1) for each in policy.split(";"))
+    assert allowed["default-src"] == "'none'" and "script-src" not in allowed
+    assert allowed["img-src"] == "data:"
+    assert all("http" not in e.attributes.get("src", "") for e in page.all("img"))
+    assert not any(name.startswith("on") for e in page.all("svg") for name in e.attributes)
 
 
 def assert_references(page: Element) -> None:
@@ -198,6 +214,63 @@ def test_failed_points_make_no_headline(plate: Path) -> None:
     assert "All points failed" in " ".join(sentences(replace(results, points=failed)))
 
 
+def test_the_pointer_finds_the_numbers_of_each_point(plate: Path, page: Element) -> None:
+    (drawing,) = section(page, "curve").all("svg")
+    titles = [title.text.splitlines() for title in drawing.all("title")]
+    rows = records(plate)
+    assert len(titles) == len(rows)
+    for lines, row in zip(titles, rows, strict=True):
+        assert lines[0].startswith(row["status"])
+        assert f"{float(row['frequency_Hz']):.7g} Hz" in lines[1]
+        assert any("largest displacement" in line for line in lines)
+    places = [(float(e.attributes["cx"]), float(e.attributes["cy"])) for e in drawing.all("circle")]
+    width, height = map(float, drawing.attributes["viewbox"].split()[2:])
+    assert len(places) > 2
+    assert all(0 < x < width and 0 < y < height for x, y in places)
+    across = [x for x, _ in places]
+    assert across == sorted(across)  # energies ascend
+
+
+def test_headlines_are_those_of_points_to_be_trusted(plate: Path) -> None:
+    results = read_results(plate)
+    told = dict(headlines(results))
+    assert {p.status for p in results.trusted} <= {VERIFIED, CONVERGED}
+    highest = max(p.motion.frequency for p in results.trusted)
+    (name,) = (name for name in told if name.startswith("Highest frequency"))
+    assert told[name] == f"{highest:.6g} Hz"
+    *others, last = results.points
+    jumped = replace(last, motion=replace(last.motion, frequency=1e6))
+    failed = replace(jumped, verdict=Verdict(FAILED, "comes back elsewhere"))
+    assert not any("e+06" in value for _, value in headlines(_with(results, *others, failed)))
+    verified = replace(last, verdict=Verdict(VERIFIED))
+    doubted = tuple(replace(p, verdict=Verdict(CONVERGED, "?")) for p in others)
+    assert _with(results, *doubted, verified).chosen == (verified,)
+
+
+def _with(results: Results, *points: BranchPoint) -> Results:
+    return replace(results, points=points)
+
+
+def test_advice_is_in_the_page(plate: Path, elsewhere: Path) -> None:
+    results = read_results(plate)
+    proposed = {**results.summary, "advice": ["2 points: set mode.harmonics = 5"]}
+    shown = next_steps(replace(results, summary=proposed))
+    assert "2 points: set mode.harmonics = 5." in shown.content[1]
+    assert not next_steps(replace(results, summary={})).content
+
+
+def test_tables_become_lists_on_a_telephone(page: Element) -> None:
+    for table in page.all("table"):
+        headings, *rows = table.all("tr")
+        names = [each.text for each in headings.inside]
+        for row in rows:
+            assert [cell.attributes["data-heading"] for cell in row.inside] == names
+    (style,) = page.all("style")
+    narrow = style.text.partition("@media (max-width: 34rem)")[2]
+    assert "attr(data-heading)" in narrow and "thead { display: none; }" in narrow
+    assert not re.search(r"(?<!\()min-width:\s*[2-9]\d+rem", style.text)  # wider than a telephone
+
+
 def test_words_have_the_numbers_of_the_summary(plate: Path, page: Element) -> None:
     summary, told = json.loads((plate / "summary.json").read_text()), section(page, "overview").text
     believed = [row for row in records(plate) if row["status"] != "failed"]
@@ -254,7 +327,8 @@ def test_stopped_run_with_many_points(tmp_path: Path) -> None:
         "96",
         "48",
     ]
-    assert page.all("figcaption")[0].text == 'The "curve". f < 1 & f > 0 <b>.'
+    (figure,) = (figure for figure in page.all("figure") if figure.all("img"))
+    assert figure.all("figcaption")[0].text == 'The "curve". f < 1 & f > 0 <b>.'
     points = section(page, "points")
     shown = numbers(points.all("table")[0], "point")
     assert len(rows) > 70 and len(shown) <= 60

@@ -24,6 +24,7 @@ from fenics_nnm.output.html_report.elements import (
     text,
 )
 from fenics_nnm.output.html_report.figures import Gallery
+from fenics_nnm.output.html_report.live_curve import live_curve
 from fenics_nnm.output.html_report.page import Section
 from fenics_nnm.output.html_report.words import (
     aligned,
@@ -55,9 +56,9 @@ _POINTS = (
 
 
 def curve(results: Results, gallery: Gallery) -> Section:
-    """Pictures of frequency over energy."""
-    figures = gallery.figures("frequency")
-    return Section("curve", "Frequency over energy", figures, "there is no picture of the curve.")
+    """The curve with the numbers of each point, and pictures of it."""
+    content = (live_curve(results), *gallery.figures("frequency"))
+    return Section("curve", "Frequency over energy", content)
 
 
 def points(results: Results, table_file: Path, beside: str) -> Section:

@@ -133,4 +133,4 @@ def _opening(tag: str, attributes: dict[str, str]) -> str:
 
 
 def _cell(column: Column, cell: str) -> Html:
-    return element("td", text(cell), class_=column.kind)
+    return element("td", text(cell), class_=column.kind, data_heading=column.heading)

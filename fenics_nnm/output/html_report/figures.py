@@ -53,7 +53,7 @@ class Gallery:
         )
         if size[0] < _WIDE:
             return element("figure", shown, caption)
-        return element("figure", element("div", shown, class_="pan"), caption, class_="wide")
+        return element("figure", shown, caption, class_="wide")
 
 
 def _size(path: Path) -> tuple[int, int]:

@@ -15,6 +15,7 @@ _PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="$policy">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
 <meta name="generator" content="$generator">
@@ -38,6 +39,13 @@ $sections
 </body>
 </html>
 """)
+
+
+#: What a browser may load: pictures and styles that are in the page, and nothing from elsewhere.
+POLICY = (
+    "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; "
+    "form-action 'none'"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +87,7 @@ def page(
         generator=text(generator),
         footer=text(footer),
         style=STYLE,
+        policy=POLICY,
         contents=_contents(shown),
         sections=joined(_drawn(section) for section in shown),
     )

@@ -8,20 +8,14 @@ from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 from fenics_nnm import __version__
-from fenics_nnm.backbone.point import VERIFIED, believable
 from fenics_nnm.output.gallery import make_pictures
 from fenics_nnm.output.html_report import contact, curve, origin, trust
 from fenics_nnm.output.html_report.campbell import campbell
 from fenics_nnm.output.html_report.elements import Html, bullets, element, facts, paragraph, text
 from fenics_nnm.output.html_report.figures import Gallery
+from fenics_nnm.output.html_report.headlines import headlines, next_steps
 from fenics_nnm.output.html_report.page import Section, page, write_page
-from fenics_nnm.output.html_report.words import (
-    hardening,
-    sentences,
-    signed,
-    title_of,
-    warnings,
-)
+from fenics_nnm.output.html_report.words import sentences, title_of, warnings
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.results.tables import write_backbone
 
@@ -67,6 +61,7 @@ def _page(
         "motion, not Rayleigh quotients.",
         sections=[
             _overview(results),
+            next_steps(results),
             curve.curve(results, gallery),
             _motion(results, gallery),
             contact.contact(results, gallery),
@@ -86,19 +81,7 @@ def _page(
 
 def _overview(results: Results) -> Section:
     """What was computed, in figures and in words, and what to beware of."""
-    points = results.points
-    highest = max(believable(points), key=lambda point: point.motion.frequency, default=None)
-    verified = sum(point.status == VERIFIED for point in points)
-    content: tuple[Html, ...] = (
-        facts(
-            [
-                (f"Linear mode {results.header.mode}", f"{results.linear_frequency:.6g} Hz"),
-                ("Highest frequency", f"{highest.motion.frequency:.6g} Hz" if highest else "none"),
-                ("Largest hardening", f"{signed(hardening(highest))} %" if highest else "none"),
-                ("Verified points", f"{verified} of {len(points)}"),
-            ]
-        ),
-    )
+    content: tuple[Html, ...] = (facts(headlines(results)),)
     beware = warnings(results)
     if beware:
         heading = element("h3", text("Before you use these numbers"))

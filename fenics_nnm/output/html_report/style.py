@@ -75,8 +75,21 @@ td.prose { min-width: 15rem; max-width: 34rem; }
 }
 figure { margin: 0; padding-bottom: 1.4rem; break-inside: avoid; }
 figure.wide { column-span: all; }
-.pan { overflow-x: auto; }
-.pan img { min-width: 34rem; }
+figure.live { max-width: 40rem; }
+figure.live svg {
+  display: block; width: 100%; height: auto; background: var(--paper);
+  border: 1px solid var(--line); border-radius: .5rem; font-size: 12px;
+}
+.live text { fill: var(--ink); }
+.live .grid { stroke: var(--line); stroke-width: .6; }
+.live .linear { stroke: var(--soft); stroke-dasharray: 2 3; }
+.live .order { stroke: var(--warn); stroke-dasharray: 6 3; }
+.live .curve { stroke: var(--accent); stroke-width: 1.6; }
+.live .verified { fill: var(--accent); stroke: var(--paper); }
+.live .converged { fill: var(--paper); stroke: var(--accent); stroke-width: 1.6; }
+.live .inside { fill: var(--paper); stroke: #cc79a7; stroke-width: 1.6; }
+.live .failed { fill: none; stroke: #d55e00; stroke-width: 2; }
+.live circle:hover, .live rect:hover, .live path:hover { stroke-width: 4; }
 figure img {
   display: block; width: 100%; height: auto;
   padding: .4rem; background: #fff; border: 1px solid var(--line); border-radius: .5rem;
@@ -92,6 +105,20 @@ pre {
   font: .85rem/1.5 ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace;
 }
 footer { margin-top: 2.5rem; padding-top: 1rem; border-top: 1px solid var(--line); }
+@media (max-width: 34rem) { /* tables of rows and columns become lists */
+  .scroll { width: auto; background: none; }
+  thead { display: none; }
+  tbody tr {
+    display: grid; grid-template-columns: 1fr 1fr; gap: .1rem .8rem; padding: .5rem .7rem;
+  }
+  tr + tr { border-top: 1px solid var(--line); }
+  tr + tr td { border-top: 0; }
+  td, td.number, td.prose, .word {
+    padding: 0; min-width: 0; text-align: left; white-space: normal;
+  }
+  td:empty { display: none; }
+  td::before { content: attr(data-heading); display: block; color: var(--soft); font-size: .8rem; }
+}
 @media (min-width: 70rem) {
   body {
     display: grid; grid-template-columns: 15rem minmax(0, 52rem); column-gap: 3rem;
@@ -110,7 +137,6 @@ footer { margin-top: 2.5rem; padding-top: 1rem; border-top: 1px solid var(--line
   body { display: block; max-width: none; padding: 0; font-size: 10pt; }
   nav { display: none; }
   .figures { columns: 2; }
-  .pan img { min-width: 0; }
   figure, tr, .facts, .warnings { break-inside: avoid; }
   h2, h3 { break-after: avoid; }
   .scroll, pre { overflow: visible; border: 0; background: none; }

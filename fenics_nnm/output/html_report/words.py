@@ -325,8 +325,8 @@ def warnings(results: Results) -> list[str]:
         for status, what in _DOUBTFUL.items()
         if counts[status]
     ]
-    if counts[FAILED]:
-        found.append(_help_of(summary.get("auto", {})))
+    if summary.get("advice"):
+        found.append("What to try is under Next steps.")
     if summary and not counts[VERIFIED]:
         found.append("No point is verified: see below why.")
     found += _missed_tolerance(summary.get("auto", {}))
@@ -337,17 +337,6 @@ def _jumps(summary: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """The largest jumps of the frequency between neighbours."""
     found = summary.get("jumps", [])
     return sorted(found, key=lambda each: -abs(each["change"]))[:_MOST_JUMPS]
-
-
-def _help_of(auto: dict[str, Any]) -> str:
-    """What may help points that failed."""
-    numbers = [f"mode.{name}" for name in ("harmonics", "samples") if name in auto.get("found", ())]
-    if not numbers:
-        return "More mode.harmonics and mode.samples may help points that failed."
-    return (
-        f'{" and ".join(numbers)} given in place of "auto", and larger than what was found, may '
-        "help points that failed."
-    )
 
 
 def _place(failure: dict[str, Any]) -> str:

@@ -20,6 +20,7 @@ from fenics_nnm.backbone.point import (
     BranchPoint,
 )
 from fenics_nnm.backbone.point_numbers import is_damped, stability_kind
+from fenics_nnm.output.engine_orders import EngineOrder, orders_near
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
@@ -207,6 +208,7 @@ def draw_frequency(axes: Axes, results: Results, over: Abscissa) -> str:
         axes.axvline(1, color=GREY, lw=0.8, ls=":", label=at_one)
     if over.name == "energy":
         _set_energy_scale(axes, over.values)
+        _draw_orders(axes, results)
     label(axes, over.label, "frequency  (Hz)")
     return _number_resonances(axes, over.values, results.points)
 
@@ -216,7 +218,7 @@ def _frequency_plot(results: Results, over: Abscissa) -> Plot:
     figure = new_figure(3.7)
     axes = new_axes(figure, over.label, "frequency  (Hz)")
     numbers = draw_frequency(axes, results, over)
-    legend_below(figure, axes, columns=3)
+    legend_below(figure, axes)
     explained = (
         " The Rayleigh frequency is that of the paper; it is not the frequency of the motion "
         f"once there is a gap.{_verdicts(results.points)}{numbers}"
@@ -225,12 +227,29 @@ def _frequency_plot(results: Results, over: Abscissa) -> Plot:
         name=f"frequency_{over.name.split()[0]}",
         title=f"Frequency over {over.name}",
         caption=f"Frequency in Hz of nonlinear mode {results.header.mode} over {over.words}."
-        + (
-            explained if over.name == "gamma ratio" else " Marks and lines as over the gamma ratio."
-        ),
+        + (explained if over.name == "gamma ratio" else _as_over_gamma(results, over)),
         group="frequency",
         figure=figure,
     )
+
+
+def _orders(results: Results) -> tuple[EngineOrder, ...]:
+    """Engine orders among the frequencies of the points."""
+    hertz = np.array([point.motion.frequency for point in results.points])
+    return orders_near(results.header.values, hertz)
+
+
+def _draw_orders(axes: Axes, results: Results) -> None:
+    for order in _orders(results):
+        axes.axhline(order.frequency, color=RED, lw=0.9, ls=(0, (6, 3)), label=order.name)
+
+
+def _as_over_gamma(results: Results, over: Abscissa) -> str:
+    """What is said of a curve that is explained with another one."""
+    words = " Marks and lines as over the gamma ratio."
+    orders = _orders(results) if over.name == "energy" else ()
+    named = ", ".join(f"{order.number}: {order.frequency:.5g} Hz" for order in orders)
+    return f"{words} Engine orders, multiples of the speed: {named}." if orders else words
 
 
 def _gamma_ratios(points: Sequence[BranchPoint]) -> Array:

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
-from fenics_nnm.backbone.point import BranchPoint, believable
+from fenics_nnm.backbone.point import CONVERGED, VERIFIED, BranchPoint, believable
 from fenics_nnm.errors import OutputError
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
@@ -81,19 +81,31 @@ class Results:
         return _shown(self.points)
 
     @property
+    def trusted(self) -> tuple[BranchPoint, ...]:
+        """Points whose numbers stand alone: verified ones in contact, else converged ones.
+
+        Where none of these touches, those without contact; where there is none, all that are shown.
+        """
+        for status in (VERIFIED, CONVERGED):
+            alike = tuple(point for point in self.touching if point.status == status)
+            if alike:
+                return alike
+        calm = tuple(point for point in self.shown if point.status in (VERIFIED, CONVERGED))
+        return calm or self.shown
+
+    @property
     def touching(self) -> tuple[BranchPoint, ...]:
         """Points shown that have contact."""
         return tuple(point for point in self.shown if point.motion.force.max(initial=0.0) > 0)
 
     @property
     def chosen(self) -> tuple[BranchPoint, ...]:
-        """Points that pictures of motions show: those reported, or else the branch's ends."""
+        """Points that pictures of motions show: reported ones that are trusted, or else others."""
         continuation = self.header.values.get("continuation", {})
         named = continuation.get("report_at", [])
         wanted = [ratio for ratio in named if not isinstance(ratio, str)]
-        asked = tuple(point for point in self.shown if point.notes.asked)
-        reported = _first_of_each(self.shown, wanted) or asked
-        return _spread(reported or self.touching or self.shown)
+        asked = tuple(point for point in self.trusted if point.notes.asked)
+        return _spread(_first_of_each(self.trusted, wanted) or asked or self.trusted)
 
     @property
     def chosen_touching(self) -> tuple[BranchPoint, ...]:

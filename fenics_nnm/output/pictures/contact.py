@@ -9,16 +9,17 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from fenics_nnm.arrays import Array, Indices
+from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.output.pictures.footprint import footprints
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     AMOUNT,
     BLUE,
     GAMMA,
     GREEN,
+    GREY,
     PRESSURE,
     RED,
     TIME,
@@ -32,6 +33,7 @@ from fenics_nnm.output.pictures.style import (
     shades,
     unit_for,
 )
+from fenics_nnm.output.pictures.unrolled import Ordered, ordered
 
 #: Steps of the period in maps.
 _INSTANTS = 360
@@ -39,15 +41,15 @@ _INSTANTS = 360
 #: Fewest contact points that a map is drawn of.
 _FEWEST = 2
 
-#: A direction within this cosine of an axis is called by the axis.
-_ALONG = 0.9
+#: Most contact points of a map whose places are written.
+_LABELLED = 7
 
 
 def contact_plots(results: Results) -> list[Plot]:
     """Maps over contact points and time, and the duration of contact; none without contact."""
     if not results.touching:
         return []
-    return [*_force(results), *_maps(results), _duration(results)]
+    return [*_force(results), *footprints(results), *_maps(results), _duration(results)]
 
 
 def contact_pressure(results: Results, point: BranchPoint, phase: Array) -> Array:
@@ -56,23 +58,14 @@ def contact_pressure(results: Results, point: BranchPoint, phase: Array) -> Arra
     return force if results.areas is None else force / results.areas
 
 
-def contact_order(results: Results) -> tuple[Indices, str]:
-    """Contact points in an order that keeps neighbours together, and what the order is.
-
-    Those of a mesh lie along the longest direction of their cloud (its first principal axis), one
-    patch after the other.
-    """
-    body = results.body
+def contact_order(results: Results) -> Ordered:
+    """Contact points in an order that keeps neighbours together: along their patches."""
+    body, count = results.body, results.model.points
     if body is None:
-        return np.arange(results.model.points), "in the order of the matrices"
-    places = body.contact_points - body.contact_points.mean(axis=0)
-    axis = np.linalg.svd(places, full_matrices=False)[2][0]
-    axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
-    nearest = int(np.argmax(np.abs(axis)))
-    along = f"along {'xyz'[nearest]}" if abs(axis[nearest]) > _ALONG else "along the patch"
-    patches = body.contact_patches
-    along += ", patch by patch" if np.ptp(patches) else ""
-    return np.lexsort([places @ axis, patches]), along
+        places = np.arange(1.0, count + 1)
+        words, label_of = "in the order of the matrices", "contact point  (1)"
+        return Ordered(np.arange(count), places, (), words, label_of, factor=1.0)
+    return ordered(body.contact_points, body.contact_patches)
 
 
 def touching_shares(results: Results) -> tuple[Array, Array, Array]:
@@ -119,19 +112,19 @@ def _maps(results: Results) -> list[Plot]:
     """Pressure, and the distance to the obstacle, over contact points and time."""
     if results.model.points < _FEWEST:
         return []
-    order, along = contact_order(results)
+    order = contact_order(results)
     chosen = results.chosen_touching
     pressures, distances = [], []
     for point in chosen:
         _, phase = results.period_about(point, _INSTANTS)
-        pressures.append(contact_pressure(results, point, phase)[:, order])
+        pressures.append(contact_pressure(results, point, phase)[:, order.order])
         open_by = results.model.gap - results.contact_displacement(point, phase)
-        distances.append(open_by[:, order])
+        distances.append(open_by[:, order.order])
     what, base = ("force", "N") if results.areas is None else ("pressure", "Pa")
     force, length = unit_for(np.array(pressures), base), unit_for(np.array(distances), "m")
-    pressure = _map_figure(chosen, pressures, f"contact {what}", PRESSURE, force, hide_zero=True)
-    distance = _map_figure(chosen, distances, "distance to the obstacle", AMOUNT, length)
-    points = f"Contact points are ordered {along}; the middle of contact is at time 0"
+    pressure = _map_figure(chosen, pressures, f"contact {what}", PRESSURE, force, order)
+    distance = _map_figure(chosen, distances, "distance to the obstacle", AMOUNT, length, order)
+    points = f"Contact points are ordered {order.words}; the middle of contact is at time 0"
     return [
         Plot(
             "contact_map",
@@ -158,15 +151,15 @@ def _map_figure(
     name: str,
     colours: str,
     unit: Unit,
-    *,
-    hide_zero: bool = False,
+    order: Ordered,
 ) -> Figure:
     """Maps of one quantity below each other with one colour scale; values (time, points)."""
     figure = new_figure(1.0 + 1.5 * len(points))
     grid = figure.subplots(len(points), 1, sharex=True, squeeze=False)[:, 0]
     norm = Normalize(0, unit.factor * max(float(value.max()) for value in values))
     for axes, point, value in zip(grid, points, values, strict=True):
-        shown = unit.factor * (np.ma.masked_less_equal(value.T, 0) if hide_zero else value.T)
+        none = colours == PRESSURE  # is drawn white
+        shown = unit.factor * (np.ma.masked_less_equal(value.T, 0) if none else value.T)
         image = axes.imshow(
             shown,
             extent=(-0.5, 0.5, 0.5, value.shape[1] + 0.5),
@@ -176,16 +169,21 @@ def _map_figure(
             aspect="auto",
             interpolation="nearest",
         )
-        _label_map(axes, point, last=axes is grid[-1])
+        _label_map(axes, point, order, last=axes is grid[-1])
     bar = figure.colorbar(image, ax=list(grid))
     label_bar(bar, f"{name}  ({unit.name})")
     return figure
 
 
-def _label_map(axes: Axes, point: BranchPoint, *, last: bool) -> None:
-    label(axes, TIME if last else "", "contact point  (1)")
+def _label_map(axes: Axes, point: BranchPoint, order: Ordered, *, last: bool) -> None:
+    """Labels, with the places of contact points along their patch in place of their numbers."""
+    label(axes, TIME if last else "", order.label)
     axes.grid(visible=False)
-    axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))
+    count = len(order.along)
+    rows = np.unique(np.linspace(0, count - 1, min(count, _LABELLED)).round().astype(int))
+    axes.set_yticks(rows + 1, [f"{order.shown[row]:.3g}" for row in rows])
+    for row in order.breaks:
+        axes.axhline(row + 0.5, color=GREY, lw=0.8)
     axes.set_title(
         f"gamma ratio {point.gamma_ratio:.4g}, {point.motion.frequency:.5g} Hz",
         fontsize=8.5,

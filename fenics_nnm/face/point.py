@@ -78,10 +78,14 @@ class Point:
 
     @property
     def largest_displacement_m(self) -> float:
-        """Largest distance of a node from rest in m, at 48 instants of the period.
+        """Largest displacement of a node from rest over the period in m, of matrices of an unknown.
 
-        Of matrices it is the largest displacement of a contact point towards its obstacle, or away.
+        Results of earlier versions and of full order have no such number: it is computed then, at
+        48 instants of the mesh, and of matrices at the contact points.
         """
+        stored = float(COLUMNS["displacement_m"].of(self._point))
+        if np.isfinite(stored):
+            return stored
         body = self._loaded.results.body
         if body is None:
             return float(np.abs(self.contact(48).displacement_m).max())

@@ -26,17 +26,21 @@ class Column:
         of: From a point to its number or text.
         digits: Digits printed.
         round_off: A smaller number is printed as zero.
+        empty: Whether the cell of a number that is not known, nan, is empty.
     """
 
     of: Callable[[BranchPoint], float | str]
     digits: int = 10
     round_off: float = 0.0
+    empty: bool = False
 
     def printed(self, point: BranchPoint) -> str:
         """Its entry in the row of a point."""
         value = self.of(point)
         if isinstance(value, str):
             return value
+        if self.empty and isnan(value):
+            return ""
         return f"{0.0 if abs(value) < self.round_off else value:.{self.digits}g}"
 
 
@@ -47,12 +51,7 @@ def _error(of: Callable[[BranchPoint], float]) -> Column:
 
 def _known(of: Callable[[Extremes], float], digits: int = 10) -> Column:
     """A column of numbers that are not known of every point, with empty cells there."""
-
-    def printed(point: BranchPoint) -> str:
-        value = of(point.extremes)
-        return "" if isnan(value) else f"{value:.{digits}g}"
-
-    return Column(printed)
+    return Column(lambda point: of(point.extremes), digits, empty=True)
 
 
 def _text(of: Callable[[Extremes], str]) -> Column:

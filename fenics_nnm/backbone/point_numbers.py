@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.time_domain.stability import STABLE
 from fenics_nnm.time_domain.stability import damping_needed as damping_of
 
 _NAN = float("nan")
@@ -54,7 +55,12 @@ def stability_kind(point: BranchPoint) -> str:
 
 
 def damping_needed(point: BranchPoint) -> float:
-    """Damping ratio that would hold the motion, see `time_domain.stability.damping_needed`."""
+    """Damping ratio that would hold the motion, see `time_domain.stability.damping_needed`.
+
+    None is needed where multipliers are off the unit circle by no more than round-off.
+    """
+    if stability_kind(point) == STABLE:
+        return 0.0
     return damping_of(largest_multiplier(point))
 
 

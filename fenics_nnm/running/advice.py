@@ -113,9 +113,8 @@ def _with_damping(chosen: Choice, points: _Points) -> tuple[str, ...]:
     needed_now = [damping_needed(point) for point in points]
     most = float(np.clip(np.nanmax([_DAMPING, *needed_now]), _DAMPING, _MOST_DAMPING))
     return (
-        "if points stay failed: with damping these motions are fewer and smoother: [damping] "
-        f"ratio = {most:.2g} and an [[excitation]] at the tip, then fenics-nnm response, whose "
-        "damped backbone takes the place of this curve",
+        "if points stay failed: with damping these motions are fewer and smoother: with [damping] "
+        f"ratio = {most:.2g} a run over energy follows damped motions",
     )
 
 

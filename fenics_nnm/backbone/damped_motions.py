@@ -14,7 +14,7 @@ damping. The force is that of `time_domain.resonant_map`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -92,25 +92,18 @@ class Found:
     motion: ResonantMotion
 
 
-def damped_motions(
-    damped: DampedModel,
-    ratios: Sequence[float],
-    *,
-    on_part: Callable[[float], None] = lambda part: None,
-) -> Iterator[Found]:
+def damped_motions(damped: DampedModel, ratios: Sequence[float]) -> Iterator[Found]:
     """Damped motions at gamma ratios, ascending.
 
     Args:
         damped: Model with its damping.
         ratios: Gamma ratios, ascending.
-        on_part: Called with the part that is done.
     """
     climbed = _climbed(damped, ratios)
     before: Found | None = None
-    for number, ratio in enumerate(ratios, start=1):
+    for ratio in ratios:
         found = _found(damped, ratio, climbed, before)
         before = before if found.motion.failure else found
-        on_part(number / len(ratios))
         yield found
 
 

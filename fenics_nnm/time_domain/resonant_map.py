@@ -160,7 +160,8 @@ def followed(flow: DampedFlow, q: Array, velocity: Array, push: Array, *, slopes
     """One period of a motion from a state at phase 0 of the force."""
     omega, size = flow.drive.omega, 2 * len(q)
     period = 2 * np.pi / omega
-    transition, gradients, means = np.eye(size), np.zeros((2, size)), np.zeros(3)
+    transition: Array = np.eye(size)
+    gradients, means = np.zeros((2, size)), np.zeros(3)
     touching, changes = 0.0, -1
     for stretch in flow.stretches(q, velocity, period):
         means += _means(stretch, omega, push)

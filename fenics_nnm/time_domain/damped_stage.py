@@ -235,9 +235,13 @@ class DampedMotion:
         """
         stage, linear = self.stage, self.stage.linear
         scaled = np.hstack([by_q @ linear.V / linear.nu, by_velocity @ linear.V])
-        z = stage.propagator.gathered(scaled @ stage.basis, times)
-        by_q_first, by_speed_first = np.split((z @ stage.inverse).real, 2)
-        return np.concatenate([linear.V @ (linear.nu * by_q_first), linear.V @ by_speed_first])
+        return self.by_start(stage.propagator.gathered(scaled @ stage.basis, times))
+
+    def by_start(self, rows: Complex) -> Array:
+        """Derivatives by the first state (q, q') from those by z, shape (.., K) to (.., 2 J)."""
+        stage, linear = self.stage, self.stage.linear
+        by_q, by_speed = np.split((rows @ stage.inverse).real, 2, axis=-1)
+        return np.concatenate([linear.nu * by_q @ linear.V.T, by_speed @ linear.V.T], axis=-1)
 
     def speed_integral(self, time: float) -> float:
         """Integral of |q'|^2 from the start to a time, in J s."""

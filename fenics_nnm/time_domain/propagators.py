@@ -56,6 +56,14 @@ class Course(Protocol):
     """One solution."""
 
     @property
+    def start(self) -> Complex:
+        """The solution at first, shape (K,)."""
+
+    @property
+    def push(self) -> Push:
+        """The inhomogeneous part."""
+
+    @property
     def window(self) -> float:
         """For how long `sizes` bounds it."""
 
@@ -74,6 +82,10 @@ class Course(Protocol):
 
 class Propagator(Protocol):
     """Solutions for a matrix A of size K."""
+
+    @property
+    def exponents(self) -> Complex:
+        """Eigenvalues of A that each component has by itself, shape (K,); none where A is dense."""
 
     def carried(self, z: Complex, time: float) -> Complex:
         """exp(A t) z, shape of z, (K,) or (K, c)."""
@@ -94,6 +106,11 @@ class Diagonal:
     """
 
     d: Complex
+
+    @property
+    def exponents(self) -> Complex:
+        """The diagonal."""
+        return self.d
 
     def carried(self, z: Complex, time: float) -> Complex:
         """exp(A t) z."""
@@ -190,6 +207,11 @@ class Dense:
     def __post_init__(self) -> None:
         growth = float(eigvalsh((self.A + self.A.T) / 2)[-1])
         object.__setattr__(self, "growth", max(growth, 0.0))
+
+    @property
+    def exponents(self) -> Complex:
+        """None: components do not move by themselves."""
+        return np.empty(0, complex)
 
     def carried(self, z: Complex, time: float) -> Complex:
         """exp(A t) z."""

@@ -8,7 +8,7 @@ its phase 0 in the energy norm of a guess, and P the state after a period,
     <|q'|^2> / (2 omega^2) = gamma         the motion has the wanted modal energy,
 
 <> the mean over the period. Nothing is truncated: motion, means and their derivatives by Y are
-exact between changes of contact, but for Gauss' rule to round-off; those by omega and level are
+exact between changes of contact; those by omega and level are
 differences. Harmonic by harmonic it is `nonlinear.resonant`, which has the source.
 """
 
@@ -19,15 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.time_domain.damped_flow import DampedFlow, Stretch
+from fenics_nnm.time_domain.damped_flow import DampedFlow
 from fenics_nnm.time_domain.drive import Drive
-from fenics_nnm.time_domain.quadrature import Panels
+from fenics_nnm.time_domain.stretch_means import gradients_of, integrals
 
 #: Differences of frequency and level, in their units, from which the slopes by them follow.
 _DIFFERENCE = 1e-7
-
-#: Panels of Gauss' rule last for so many times those that integrate to the last digit: 1e-10 left.
-_LONGER = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,9 +161,9 @@ def followed(flow: DampedFlow, q: Array, velocity: Array, push: Array, *, slopes
     gradients, means = np.zeros((2, size)), np.zeros(3)
     touching, changes = 0.0, -1
     for stretch in flow.stretches(q, velocity, period):
-        means += _means(stretch, omega, push)
+        means += integrals(stretch, omega, push)
         if slopes:
-            gradients += _gradients(stretch, omega, push) @ transition
+            gradients += gradients_of(stretch, omega, push) @ transition
             transition = stretch.motion.carried(transition, stretch.duration)
         q, velocity = stretch.motion.state(stretch.duration)
         touching += stretch.duration * stretch.motion.contact
@@ -175,33 +172,3 @@ def followed(flow: DampedFlow, q: Array, velocity: Array, push: Array, *, slopes
     end = np.concatenate([q, velocity])
     share = touching / period
     return Course(end, transition, across, along, squared, gradients / period, share, changes)
-
-
-def _panels(stretch: Stretch) -> Panels:
-    """Times and weights in a stretch, for squares of its motion."""
-    fastest = max(stretch.motion.stage.fastest, stretch.motion.driven)
-    return Panels.over(stretch.duration, 2 * fastest / _LONGER)
-
-
-def _means(stretch: Stretch, omega: float, push: Array) -> Array:
-    """Integrals of p . q sin and cos(omega t), and |q'|^2 over a stretch, shape (3,)."""
-    panels = _panels(stretch)
-    q, velocity = stretch.motion.states(panels.times)
-    phase, pushed = omega * (stretch.clock + panels.times), q @ push
-    every = [pushed * np.sin(phase), pushed * np.cos(phase), np.sum(velocity**2, axis=1)]
-    return np.asarray(np.array(every) @ panels.weights)
-
-
-def _gradients(stretch: Stretch, omega: float, push: Array) -> Array:
-    """Derivatives of the first and the last of them by the state at its start, shape (2, 2 J)."""
-    panels = _panels(stretch)
-    _, velocity = stretch.motion.states(panels.times)
-    weights = panels.weights * np.sin(omega * (stretch.clock + panels.times))
-    by_q, by_velocity = np.outer(weights, push), 2 * panels.weights[:, None] * velocity
-    nothing = np.zeros_like(by_q)
-    return np.array(
-        [
-            stretch.motion.gathered(by_q, nothing, panels.times),
-            stretch.motion.gathered(nothing, by_velocity, panels.times),
-        ]
-    )

@@ -15,6 +15,12 @@ from fenics_nnm.time_domain.resonant_motion import (
     driven_by_push,
     resonant_motion,
 )
+from fenics_nnm.time_domain.stretch_means import (
+    _by_quadrature,
+    _gradients_by_quadrature,
+    gradients_of,
+    integrals,
+)
 from fenics_nnm.time_domain.virial import virial_error
 
 OSCILLATOR = ReducedModel(np.ones(1), np.ones((1, 1)), np.array([[0.25]]), np.ones(1))
@@ -91,3 +97,20 @@ def test_slope_is_that_of_the_family() -> None:
     assert here.changes > 0 and not (low.failure or here.failure or high.failure)
     change = np.log(high.omega / low.omega) / np.log(1.001 / 0.999)
     assert here.slope == pytest.approx(change, rel=1e-4)
+
+
+@pytest.mark.parametrize("clock", [0.0, 0.7])
+def test_integrals_in_closed_form_are_those_of_quadrature(clock: float) -> None:
+    push, rate = np.array([1.0, 0.8]), np.array([[0.05, 0.02], [0.02, 0.3]])
+    flow = driven_by_push(TWO, rate, push).at(1.1)
+    touching = 0
+    for stretch in flow.stretches(np.array([1.2, 0.05]), np.array([0.1, -0.2]), 5.7):
+        each = replace(stretch, clock=stretch.clock + clock)
+        touching += each.motion.contact
+        for closed, open_ in (
+            (integrals, _by_quadrature),
+            (gradients_of, _gradients_by_quadrature),
+        ):
+            expected = open_(each, 1.1, push)
+            assert closed(each, 1.1, push) == pytest.approx(expected, rel=1e-9, abs=1e-10)
+    assert touching > 0

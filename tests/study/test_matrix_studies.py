@@ -189,7 +189,14 @@ def test_summary_of_a_rod(rod_study: StudyFile, matrix_study: StudyFile, command
     energy = 7800 * 9e-4 * (2 * np.pi * first * 1e-3) ** 2 / 4
     assert summary["grazing_energy_J"] == pytest.approx(energy, rel=1e-6)
     assert "contact_area_m2" not in summary
-    assert set(summary["timings"]) == {"matrices", "modes", "attachments", "backbone", "output"}
+    assert set(summary["timings"]) == {
+        "matrices",
+        "modes",
+        "attachments",
+        "backbone",
+        "stress",
+        "output",
+    }
 
 
 @pytest.mark.parametrize("save", SAVERS[1:], ids=lambda save: save.__name__)

@@ -14,6 +14,7 @@ from typing import Any
 from mpi4py import MPI
 
 from fenics_nnm.backbone.point import STATUSES
+from fenics_nnm.backbone.quantities import Sought
 from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.resume import assert_nobody_runs, stored_run
@@ -29,6 +30,9 @@ from fenics_nnm.sweep.outcome import state_of_ended
 
 #: Columns of each gamma ratio, with the ratio behind.
 _AT_RATIO = ("frequency_Hz_at", "energy_J_at", *(f"{name}_at" for name in EXTREMES))
+
+#: Columns of each value that the studies ask for, with the value behind.
+_AT_VALUE = ("gamma_ratio_at", *_AT_RATIO)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +96,7 @@ class Backbones:
         return [
             "linear_frequency_Hz",
             *(f"{name}_{ratio:g}" for ratio in plan.ratios for name in _AT_RATIO),
+            *(f"{name}_{_named(value)}" for value in _sought(plan) for name in _AT_VALUE),
             "points",
             *(f"points_{status.replace(' ', '_')}" for status in STATUSES),
             "largest_gamma_ratio",
@@ -101,11 +106,11 @@ class Backbones:
         """Its cells of the row of a study."""
         yield printed(outcome.linear_frequency)
         for ratio in plan.ratios:
-            row = outcome.at(ratio)
-            yield printed(row.frequency if row else None)
-            yield printed(row.energy if row else None)
-            for name in EXTREMES:
-                yield printed(row.extremes.get(name) if row else None)
+            yield from _numbers(outcome.at(ratio))
+        for value in _sought(plan):
+            row = outcome.asked(value)
+            yield printed(row.gamma_ratio if row else None)
+            yield from _numbers(row)
         counts, known = Counter(row.status for row in outcome.rows), bool(outcome.linear_frequency)
         yield str(len(outcome.rows)) if known else ""
         for status in STATUSES:
@@ -117,6 +122,25 @@ class Backbones:
         from fenics_nnm.sweep.pictures import draw_sweep
 
         return draw_sweep(plan, outcomes, title)
+
+
+def _numbers(row: TableRow | None) -> Iterator[str]:
+    """Cells of `_AT_RATIO` of a point, or empty ones."""
+    yield printed(row.frequency if row else None)
+    yield printed(row.energy if row else None)
+    for name in EXTREMES:
+        yield printed(row.extremes.get(name) if row else None)
+
+
+def _sought(plan: Plan) -> list[Sought]:
+    """Values of quantities that the studies report points at, each once."""
+    listed = [each for case in plan.cases for each in case.study.continuation.sought]
+    return list(dict.fromkeys(each for each in listed if each.reported))
+
+
+def _named(sought: Sought) -> str:
+    """A value as a part of the name of a column: "amplitude_0.002_m"."""
+    return str(sought).replace(" ", "_")
 
 
 def _assert_has_point(case: Case, ratio: float) -> None:
@@ -154,4 +178,5 @@ def _row(row: Mapping[str, str]) -> TableRow:
         status=row["status"],
         stability=row["stability"],
         extremes={name: float(row[name]) for name in EXTREMES if row.get(name)},
+        asked=row.get("asked_for", ""),
     )

@@ -12,6 +12,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Protocol
 
+from fenics_nnm.backbone.quantities import Sought
 from fenics_nnm.response.levels import Response
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
@@ -53,6 +54,7 @@ class TableRow:
 
     Attributes:
         extremes: Those of its columns in `EXTREMES` that have a number.
+        asked: Values of the study that the point has, as column `asked_for`.
     """
 
     gamma_ratio: float
@@ -61,6 +63,7 @@ class TableRow:
     status: str
     stability: str
     extremes: Mapping[str, float] = field(default_factory=dict)
+    asked: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +97,15 @@ class Outcome:
     def points(self) -> int:
         """Number of points of its backbone, or of its response."""
         return len(self.rows) + len(self.response.points)
+
+    def asked(self, sought: Sought) -> TableRow | None:
+        """The first point that has a value that the study asks for, none if there is none."""
+        found = (
+            each
+            for each in self.rows
+            if any(text.startswith(str(sought)) for text in each.asked.split("; "))
+        )
+        return next(found, None)
 
     def at(self, ratio: float) -> TableRow | None:
         """The first point at a gamma ratio, none if there is none."""

@@ -93,6 +93,21 @@ def test_a_value_that_the_branch_never_has_is_reported(
     assert "frequency 5000 Hz: has no motion: the branch that was found has 13" in ended.err
 
 
+def test_sweep_has_columns_at_an_amplitude(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """Of a linear motion of half a millimetre the gamma ratio goes with the gap to the power -2."""
+    study = study_file(ROD, continuation={"report_at": ["0.5 mm"]})
+    assert command("sweep", study, "--set", "contact.gap=1e-3,8e-4", "--output", "out").code == 0
+    with (tmp_path / "out" / "sweep.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    ratios = [float(row["gamma_ratio_at_amplitude_0.0005_m"]) for row in rows]
+    assert ratios == pytest.approx([0.25, (0.5 / 0.8) ** 2], rel=1e-4)
+    for row in rows:
+        assert float(row["displacement_m_at_amplitude_0.0005_m"]) == pytest.approx(5e-4, rel=1e-4)
+        assert row["frequency_Hz_at_amplitude_0.0005_m"] == rows[0]["linear_frequency_Hz"]
+
+
 def test_what_is_no_amount_is_refused(study_file: StudyFile, command: Command) -> None:
     for continuation, words in (
         ({"energies": [1.2, 1.4]}, "must be energies in J"),

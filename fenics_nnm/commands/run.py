@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from fenics_nnm.study import Study
 
 
+#: Motions that need less damping than this are stable but for round-off.
+_ROUND_OFF = 1e-9
+
+
 def add_to(commands: Commands) -> None:
     """Add the command."""
     run = commands.add_parser("run", help="follow the nonlinear mode of a study")
@@ -120,7 +124,7 @@ def stability_line(points: Sequence[BranchPoint]) -> str:
     """How many motions are unstable, and what damping holds them; empty if none is."""
     from fenics_nnm.backbone.point_numbers import damping_needed, is_damped
 
-    needed = [each for each in map(damping_needed, points) if each > 0]
+    needed = [each for each in map(damping_needed, points) if each > _ROUND_OFF]
     if not needed:
         return ""
     if any(map(is_damped, points)):

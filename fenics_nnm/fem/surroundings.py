@@ -20,7 +20,18 @@ import fenics_nnm
 from fenics_nnm.files.cache import key_of
 
 #: Libraries in Python whose versions count.
-_LIBRARIES = ("fenics-basix", "fenics-ffcx", "fenics-ufl", "numpy", "scipy", "h5py", "meshio")
+_LIBRARIES = (
+    "fenics-basix",
+    "fenics-ffcx",
+    "fenics-ufl",
+    "numpy",
+    "scipy",
+    "h5py",
+    "meshio",
+    "matplotlib",
+    "pillow",
+    "vtk",
+)
 
 #: How the names of native libraries begin whose files count: packages may be rebuilt.
 _NATIVE = (

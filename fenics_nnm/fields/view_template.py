@@ -13,13 +13,18 @@ import os
 import sys
 from typing import Any
 
-from paraview import simple
+import numpy as np
+from paraview import servermanager, simple
+from vtkmodules.numpy_interface import dataset_adapter as dsa
 
 MOTION = "@MOTION@"
 CONTACT = "@CONTACT@"
 COLOUR = "@COLOUR@"
 SCALE: Any = "@SCALE@"
 PLANE = "@PLANE@"
+FROM: Any = "@FROM@"
+UP: Any = "@UP@"
+HIGHEST = 0.995
 LINE_WIDTH = 6 if PLANE == "line" else 1
 
 
@@ -41,7 +46,10 @@ def deformed(file: str, name: str) -> Any:
 
 
 def coloured(warped: Any, view: Any, array: str, *, bar: bool) -> None:
-    """Colour by an array from 0 to its largest value in the period; the bar names its unit."""
+    """Colour by an array from 0 to the largest 99.5 % quantile of an instant; the bar has its unit.
+
+    The few larger values, such as stresses at corners, have the last colour.
+    """
     display = simple.Show(warped, view)
     display.LineWidth = LINE_WIDTH
     if "displacement" in array:
@@ -50,7 +58,7 @@ def coloured(warped: Any, view: Any, array: str, *, bar: bool) -> None:
         simple.ColorBy(display, ("POINTS", array))
     display.RescaleTransferFunctionToDataRangeOverTime()
     colours = simple.GetColorTransferFunction(array)
-    colours.RescaleTransferFunction(0.0, colours.RGBPoints[-4])
+    colours.RescaleTransferFunction(0.0, quantile(warped, array) or colours.RGBPoints[-4])
     legend = simple.GetScalarBar(colours, view)
     legend.Title, legend.ComponentTitle = array, ""
     legend.TitleColor = legend.LabelColor = [0.0, 0.0, 0.0]
@@ -59,15 +67,28 @@ def coloured(warped: Any, view: Any, array: str, *, bar: bool) -> None:
     display.SetScalarBarVisibility(view, bar)
 
 
+def quantile(source: Any, array: str) -> float:
+    """Value of an array that a part of 0.995 of the nodes stay below at all times of the period."""
+    highest = 0.0
+    for time in simple.GetAnimationScene().TimeKeeper.TimestepValues:
+        source.UpdatePipeline(time)
+        data = dsa.WrapDataObject(servermanager.Fetch(source))
+        values = np.asarray(data.PointData[array])
+        sizes = values if values.ndim == 1 else np.linalg.norm(values, axis=1)
+        highest = max(highest, float(np.quantile(sizes, HIGHEST)))
+    return highest
+
+
 def look(view: Any) -> None:
-    """Camera in front of a plane body, above a corner of another one."""
+    """Camera in front of a plane body, and across the plane of another one."""
     simple.ResetCamera(view)
     camera = simple.GetActiveCamera()
     if PLANE == "solid":
-        camera.Azimuth(30)
-        camera.Elevation(25)
+        middle = camera.GetFocalPoint()
+        camera.SetPosition([a + b for a, b in zip(middle, FROM)])
+        camera.SetViewUp(UP)
         simple.ResetCamera(view)
-    camera.Dolly(1.2)
+    camera.Dolly(1.0 if PLANE == "solid" else 1.2)
 
 
 def main() -> None:

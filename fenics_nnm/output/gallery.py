@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
+from functools import cache, partial
 from pathlib import Path
 
 from fenics_nnm.errors import OutputError
+from fenics_nnm.output.picture import Picture
 from fenics_nnm.output.pictures.accuracy import accuracy_plots
 from fenics_nnm.output.pictures.animation import plan_animation
 from fenics_nnm.output.pictures.backbone import frequency_plots
@@ -22,6 +24,7 @@ from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.shares import share_plots
 from fenics_nnm.output.pictures.space_time import space_time_plots
 from fenics_nnm.output.pictures.style import Plot
+from fenics_nnm.output.shared_pictures import in_formats, kept_pictures
 
 logger = logging.getLogger(__name__)
 
@@ -46,25 +49,6 @@ _PLOTS: tuple[Callable[[Results], list[Plot]], ...] = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture in a folder.
-
-    Attributes:
-        file: Name of its file.
-        title: A few words.
-        caption: What is seen, in sentences, with units.
-        group: "frequency", "contact", "motion", "accuracy" or "body".
-        also: Names of the files with the same picture in other formats.
-    """
-
-    file: str
-    title: str
-    caption: str
-    group: str
-    also: tuple[str, ...] = ()
-
-
 def make_pictures(
     results: Path, folder: Path, *, formats: Sequence[str] = ("png", "svg")
 ) -> tuple[Picture, ...]:
@@ -81,11 +65,30 @@ def make_pictures(
     """
     found = read_results(results)
 
+    @cache
+    def plots() -> list[Plot]:
+        return [plot for make in _PLOTS for plot in make(found)]
+
     def drawn() -> tuple[Picture, ...]:
-        plots = [saved(plot, folder, formats) for make in _PLOTS for plot in make(found)]
-        return (*plots, *draw(body_plans(found), folder))
+        each = [
+            kept_pictures(results, folder, kind, partial(_all_saved, plots, folder, kind))
+            for kind in formats
+        ]
+        return (*in_formats(each), *_of_body(results, folder, body_plans(found)))
 
     return drawn_in(folder, drawn)
+
+
+def _all_saved(plots: Callable[[], list[Plot]], folder: Path, kind: str) -> tuple[Picture, ...]:
+    """Plots in one format."""
+    return tuple(saved(plot, folder, (kind,)) for plot in plots())
+
+
+def _of_body(results: Path, folder: Path, plans: Sequence[Plan]) -> tuple[Picture, ...]:
+    """Pictures of the body, as far as they can be drawn."""
+    return kept_pictures(
+        results, folder, "body", lambda: tuple(draw(plans, folder)), count=len(plans)
+    )
 
 
 def drawn_in(folder: Path, draw_all: Callable[[], tuple[Picture, ...]]) -> tuple[Picture, ...]:

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fenics_nnm.errors import OutputError
-from fenics_nnm.output.gallery import Picture, drawn_in, saved
+from fenics_nnm.output.gallery import drawn_in, saved
+from fenics_nnm.output.picture import Picture
 from fenics_nnm.output.pictures.response import response_plot
 from fenics_nnm.output.pictures.style import Plot
 from fenics_nnm.response.levels import Response

@@ -1,6 +1,7 @@
 """Pictures of a results folder: their list, their files, and the numbers behind them."""
 
 import json
+import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,10 +16,12 @@ from PIL import Image
 
 from fenics_nnm.backbone.point import FloquetStability
 from fenics_nnm.cli import main
+from fenics_nnm.files.cache import VARIABLE
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.output.gallery import MANIFEST, make_pictures
+from fenics_nnm.output.gallery import MANIFEST, _all_saved, make_pictures
 from fenics_nnm.output.motion_measures import harmonic_shares, kinetic_shares
+from fenics_nnm.output.picture import Picture
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.animation import FRAMES
 from fenics_nnm.output.pictures.contact import contact_order, contact_pressure, touching_shares
@@ -26,7 +29,7 @@ from fenics_nnm.output.pictures.multipliers import multiplier_plots
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.shares import share_plots
 from fenics_nnm.output.pictures.space_time import cross_sections
-from fenics_nnm.output.pictures.style import colours_of_parts, save, unit_for
+from fenics_nnm.output.pictures.style import Plot, colours_of_parts, save, unit_for
 from fenics_nnm.results.branch_file import BranchHeader
 
 
@@ -305,3 +308,31 @@ def test_units_are_easy_numbers() -> None:
     ]
     micro = "\N{MICRO SIGN}m"
     assert found == ["MPa", "N", "kN", "mm", micro, "m", "m/s", "mm/s", "m"]
+
+
+def test_pictures_are_drawn_once_for_plot_and_report(
+    plate: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "kept"))
+    drawn: list[str] = []
+
+    def noted(plots: Callable[[], list[Plot]], folder: Path, kind: str) -> tuple[Picture, ...]:
+        drawn.append(kind)
+        return _all_saved(lambda: plots()[:2], folder, kind)
+
+    monkeypatch.setattr("fenics_nnm.output.gallery._all_saved", noted)
+    monkeypatch.setattr("fenics_nnm.output.gallery.body_plans", lambda results: [])
+    first = make_pictures(plate, tmp_path / "a", formats=["svg"])
+    both = make_pictures(plate, tmp_path / "b", formats=["png", "svg"])
+    assert drawn == ["svg", "png"]
+    assert [each.also for each in both] == [(each.file,) for each in first]
+    for each in first:
+        assert (tmp_path / "a" / each.file).read_bytes() == (
+            tmp_path / "b" / each.file
+        ).read_bytes()
+    other = tmp_path / "other"
+    shutil.copytree(plate, other)
+    summary = other / "summary.json"
+    summary.write_text(summary.read_text().replace('"mode": 1', '"mode": 1 '))
+    make_pictures(other, tmp_path / "c", formats=["svg"])
+    assert drawn == ["svg", "png", "svg"]  # other results are drawn anew

@@ -24,10 +24,10 @@ from fenics_nnm.backbone.point import CONVERGED, FAILED, VERIFIED, BranchPoint, 
 from fenics_nnm.cli import main
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.campbell_report import write_campbell
-from fenics_nnm.output.gallery import Picture
 from fenics_nnm.output.html_report.campbell import campbell
 from fenics_nnm.output.html_report.headlines import headlines, next_steps
 from fenics_nnm.output.html_report.words import aligned, length, plain, sentences, signed
+from fenics_nnm.output.picture import Picture
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.structure.campbell import AtSpeed
 

@@ -6,10 +6,10 @@ import csv
 from pathlib import Path
 
 from fenics_nnm.errors import OutputError
-from fenics_nnm.output.gallery import Picture
 from fenics_nnm.output.html_report.elements import Column, Html, table
 from fenics_nnm.output.html_report.figures import Gallery
 from fenics_nnm.output.html_report.page import Section
+from fenics_nnm.output.picture import Picture
 
 #: Columns of the table, by those of crossings.csv.
 _COLUMNS = {

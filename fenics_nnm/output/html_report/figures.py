@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 from PIL import Image
 
 from fenics_nnm.errors import OutputError
-from fenics_nnm.output.gallery import Picture
 from fenics_nnm.output.html_report.elements import Html, element, image, joined, text
+from fenics_nnm.output.picture import Picture
 
 #: Media types of the files that a page can show.
 _KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}

@@ -73,26 +73,25 @@ class Branch:
         """Why the branch ended."""
         return str(self.summary.get("reason", "the run was stopped"))
 
-    def nearest(
-        self,
-        *,
-        gamma_ratio: float | None = None,
-        energy_J: float | None = None,
-        frequency_Hz: float | None = None,
-    ) -> Point:
-        """The point whose gamma ratio, energy or frequency is nearest to one value.
+    def nearest(self, **given: float) -> Point:
+        """The point at which a column of `table` is nearest to a value.
 
         Look at what it has: no point need be near.
 
+        Args:
+            given: One column with its value, as in `nearest(displacement_m=2e-3)`; such are
+                gamma_ratio, energy_J, frequency_Hz, displacement_m and von_mises_Pa.
+
         Raises:
-            ValueError: if not exactly one value is given, or it is no number.
+            ValueError: if it is not one column with numbers, or the value is no number.
         """
-        named = {"gamma_ratio": gamma_ratio, "energy_J": energy_J, "frequency_Hz": frequency_Hz}
-        given = [(name, value) for name, value in named.items() if value is not None]
-        if len(given) != 1 or not np.isfinite(given[0][1]):
-            raise ValueError("nearest: must be given one of gamma_ratio, energy_J, frequency_Hz")
-        ((name, value),) = given
-        return self[int(np.argmin(np.abs(_column(self._loaded, name) - value)))]
+        if len(given) != 1 or not np.isfinite([*given.values()]).all():
+            raise ValueError("nearest: must be given one value, as in nearest(energy_J=1.2)")
+        ((name, value),) = given.items()
+        column = _column(self._loaded, name) if name in COLUMNS else np.empty(0)
+        if column.dtype.kind not in "fi" or not np.isfinite(column).any():
+            raise ValueError(f"nearest: {name} is no column of the table that has numbers")
+        return self[int(np.nanargmin(np.abs(column - value)))]
 
     @in_words_of_study
     def save(self, folder: str | Path) -> Path:

@@ -203,8 +203,12 @@ def test_errors_are_the_lines_of_the_commands(
     with pytest.raises(nnm.StudyError, match="must be another folder"):
         branch.save("mine")
     for wrong in ({}, {"energy_J": 1.0, "gamma_ratio": 1.0}, {"energy_J": float("nan")}):
-        with pytest.raises(ValueError, match="must be given one of"):
+        with pytest.raises(ValueError, match="must be given one value"):
             branch.nearest(**wrong)
+    for wrong in ({"mass": 1.0}, {"status": 1.0}, {"damping_ratio": 1.0}):
+        with pytest.raises(ValueError, match="is no column"):
+            branch.nearest(**wrong)
+    assert branch.nearest(von_mises_Pa=1e12).energy_J == branch.energy_J.max()
     with pytest.raises(ValueError, match="instants = 0"):
         branch[0].contact(0)
     with pytest.raises(ValueError, match="must be one of 'gamma ratio'"):

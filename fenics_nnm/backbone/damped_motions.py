@@ -34,8 +34,8 @@ HEAVY, _LEAST = 0.3, 1e-3
 #: Up in energy the way begins at this gamma ratio, or at the first one that is wanted.
 _OPEN = 0.95
 
-#: Steps of the gamma ratio, and of s.
-_UP, _DOWN = Step(0.05, 1e-3), Step(0.06, 2e-3)
+#: Steps of the gamma ratio, where the frequency has a kink at first contact, and of s.
+_UP, _DOWN = Step(0.05, 1e-3), Step(0.06, 1e-3, jump=3e-3, leap=0.1)
 
 
 @dataclass(frozen=True, slots=True)

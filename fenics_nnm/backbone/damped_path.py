@@ -13,9 +13,6 @@ from fenics_nnm.time_domain.resonant_motion import ResonantMotion
 #: From a value of the number and a guess to the motion there.
 Solver = Callable[[float, ResonantMotion], ResonantMotion]
 
-#: Larger changes of a step are jumps: of the frequency, and of the state in the energy norm.
-_JUMPS, _LEAPS = 0.01, 0.25
-
 #: Steps grow by this factor where Newton takes no more than so many, up to so many first ones.
 _GROWTH, _EASY, _LARGEST = 1.5, 5, 4.0
 
@@ -27,10 +24,14 @@ class Step:
     Attributes:
         first: First step.
         smallest: A step that fails is halved down to this.
+        jump: A motion whose frequency is farther from the expected one, relatively, is another one.
+        leap: So is one whose state is, in the energy norm.
     """
 
     first: float
     smallest: float
+    jump: float = 0.01
+    leap: float = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +75,9 @@ def walk(
     values, motions, length = [begin[0]], [begin[1]], step.first
     while values[-1] != end:
         to = _next(values[-1], end, length, stops)
-        found = solver(to, _predicted(values, motions, to))
-        failure = found.failure or _jump(omega, motions[-1], found)
+        guess = _predicted(values, motions, to)
+        found = solver(to, guess)
+        failure = found.failure or _jump(omega, guess, found, step)
         if failure:
             length /= 2
             if length < step.smallest:
@@ -107,10 +109,10 @@ def _predicted(
     return ResonantMotion.guessed(guess) if guess[-2:].min() > 0 else last
 
 
-def _jump(omega: Array, before: ResonantMotion, after: ResonantMotion) -> str:
-    """That a motion does not follow from the one before it, or nothing."""
-    if abs(shift := after.omega / before.omega - 1) > _JUMPS:
+def _jump(omega: Array, guess: ResonantMotion, found: ResonantMotion, step: Step) -> str:
+    """That a motion does not follow from those before it, or nothing."""
+    if abs(shift := found.omega / guess.omega - 1) > step.jump:
         return f"the frequency jumps by {shift:+.2%}"
-    old, new = (np.concatenate([omega * each.q, each.velocity]) for each in (before, after))
+    old, new = (np.concatenate([omega * each.q, each.velocity]) for each in (guess, found))
     leap = float(np.linalg.norm(new - old) / np.linalg.norm(old))
-    return f"the motion jumps by {leap:.0%} of its size" if leap > _LEAPS else ""
+    return f"the motion jumps by {leap:.0%} of its size" if leap > step.leap else ""

@@ -96,4 +96,5 @@ class EnergyContinuation:
         if not self.sought:
             return stepping.ended(self.stop)
         missing = Seeker(stepping, progress.measures, self.step).find(self.sought)
-        return stepping.ended(self.stop).without(missing)
+        last = max(stepping.points, default=self.stop)
+        return stepping.ended(max(last, self.stop)).without(missing)

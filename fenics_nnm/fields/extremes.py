@@ -6,8 +6,8 @@ that the largest one is the largest one of peak_stress_RATIO.vtu.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -38,6 +38,9 @@ from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
 #: The largest contact force is sought at so many instants a sample.
 _FINER = 4
 
+#: Bytes that the stress of a shape takes at a node, and how many are kept at most.
+_BYTES, _MOST = 6 * 12, 2**30
+
 
 @dataclass(frozen=True, slots=True)
 class _Placed:
@@ -66,6 +69,10 @@ class _Part:
     nodes: Nodes
     static: Array  # (n, 6), stress of the state of rest
 
+    def mises(self, amounts: Array, few: Indices) -> Array:
+        """Largest von Mises stress over time of some nodes."""
+        return von_mises(self.basis.stress(amounts, few)).max(axis=0)
+
 
 @dataclass(frozen=True, slots=True)
 class ExtremesOf:
@@ -92,6 +99,7 @@ class ExtremesOf:
     phase: Array
     patches: tuple[Indices, ...]
     bases: KeptBases
+    _asked: list[_Part] = field(default_factory=list)
 
     def of(self, points: Sequence[PlacedMotion]) -> tuple[Extremes, ...]:
         """Extremes of points, in their order."""
@@ -108,8 +116,20 @@ class ExtremesOf:
 
     def stress(self, motion: Motion) -> float:
         """Largest von Mises stress of a motion in Pa, away from singular places."""
-        (found,) = self._stresses([self._amounts(motion)])
-        return found.mises.away.value
+        amounts, mises = self._amounts(motion), Largest(len(self.body.mesh.nodes))
+        for part in self._for_many():
+            own = partial(part.mises, amounts)
+            mises.add_regular(part.nodes, part.screen.bounds(amounts).mises, own)
+        return mises.away.value
+
+    def _for_many(self) -> Iterable[_Part]:
+        """The parts of the body, kept for the next motion unless they are large."""
+        shapes, nodes = self.branch.shapes, len(self.body.mesh.nodes)
+        if _BYTES * nodes * (len(shapes) + len(self.branch.residual_shapes)) > _MOST:
+            return self._parts()
+        if not self._asked:
+            self._asked.extend(self._parts())
+        return self._asked
 
     def of_mode(self, mode: int, amplitude: float) -> Extremes:
         """Extremes of a linear mode about the state of rest, at both its reversals.
@@ -154,7 +174,7 @@ class ExtremesOf:
         found, values = with_largest(lengths.bound(amounts), exact, 1)
         at = int(np.argmax(values))
         x, y, z = (float(each) for each in self.branch.nodes[found[at]])
-        patches = [exact(each).max() for each in self.patches]
+        patches = [exact(each).max() if len(each) else np.nan for each in self.patches]
         return Spot(float(values[at]), int(found[at]), (x, y, z)), np.array(patches)
 
     def _forces(self, point: PlacedMotion) -> tuple[Array, Array]:
@@ -195,9 +215,6 @@ class ExtremesOf:
         def stress(few: Indices) -> Array:
             return part.basis.stress(amounts, few)
 
-        def mises(few: Indices) -> Array:
-            return von_mises(stress(few)).max(axis=0)
-
         def tension(few: Indices) -> Array:
             own = stress(few)
             return largest_tension(own, von_mises(own))[0]
@@ -206,12 +223,12 @@ class ExtremesOf:
             change = von_mises(stress(few) - part.static[few]).max(axis=0)
             return strengths.goodman_share(change, steady[few], nodes.region[few])
 
-        found.mises.add(nodes, bounds.mises, mises)
+        found.mises.add(nodes, bounds.mises, partial(part.mises, amounts))
         found.principal.add(nodes, bounds.tension, tension)
         found.yields.add_regular(
             nodes,
             strengths.yield_share(bounds.mises, nodes.region),
-            lambda few: strengths.yield_share(mises(few), nodes.region[few]),
+            lambda few: strengths.yield_share(part.mises(amounts, few), nodes.region[few]),
         )
         if strengths.any_fatigue:
             steady = von_mises(part.static)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from fenics_nnm.backbone.branch import Encounter
+    from fenics_nnm.backbone.extremes import Extremes
     from fenics_nnm.backbone.point import BranchPoint
     from fenics_nnm.run import RunResult
     from fenics_nnm.study import Study
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
 
 #: Motions that need less damping than this are stable but for round-off.
 _ROUND_OFF = 1e-9
+
+
+#: Columns of a terminal that has room for displacement and stress.
+_WIDE = 80
 
 
 def add_to(commands: Commands) -> None:
@@ -68,7 +73,7 @@ def _run(arguments: argparse.Namespace) -> int:
     older = "" if arguments.resume else on_root(MPI.COMM_WORLD, older_results, folder)
     with terminable(), stages_of(console, arguments) as stages:
         result = run_study(study, text, folder, resume=arguments.resume, stages=stages)
-    console.print(result_table(result, study))
+    console.print(result_table(result, study, console.width))
     for encounter in result.branch.encounters:
         show(console, _line(encounter))
     for line in (result.message, stability_line(result.branch.points)):
@@ -96,8 +101,11 @@ def _line(encounter: Encounter) -> str:
     return f"internal resonance with {encounter.name} near {encounter.frequency:.6g} Hz: {places}"
 
 
-def result_table(result: RunResult, study: Study) -> Table:
-    """A few points of the branch: those reported, or evenly spread ones."""
+def result_table(result: RunResult, study: Study, width: int = 0) -> Table:
+    """A few points of the branch: those reported, or evenly spread ones.
+
+    Where there is room for it the largest displacement and von Mises stress are among the columns.
+    """
     from rich.table import Table
 
     from fenics_nnm.backbone.quantities import asked_points
@@ -106,7 +114,8 @@ def result_table(result: RunResult, study: Study) -> Table:
     points = result.branch.points
     several = any(point.family > 1 for point in points)
     family = ("family",) if several else ()
-    for heading in ("gamma ratio", "frequency (Hz)", "ratio", "status", *family):
+    sizes = _sizes_of(points, width - 10 * several)
+    for heading in ("gamma ratio", "frequency (Hz)", "ratio", *sizes, "status", *family):
         table.add_column(heading, justify="right", no_wrap=True)
     reported = asked_points(points, study.continuation.report_at)
     for point in reported or points[:: max(1, len(points) // 10)]:
@@ -114,10 +123,26 @@ def result_table(result: RunResult, study: Study) -> Table:
             f"{point.gamma_ratio:g}",
             f"{point.motion.frequency:.4f}",
             f"{point.frequency_ratio:.5f}",
+            *(f"{of(point.extremes):.4g}" for of in sizes.values()),
             point.status,
             *((str(point.family),) if several else ()),
         )
     return table
+
+
+def _sizes_of(points: Sequence[BranchPoint], width: int) -> dict[str, Callable[[Extremes], float]]:
+    """Columns of displacement and stress by their heading: those that are known and fit."""
+    if width < _WIDE:
+        return {}
+    columns: dict[str, Callable[[Extremes], float]] = {
+        "u (mm)": lambda own: 1e3 * own.displacement.value,
+        "s (MPa)": lambda own: 1e-6 * own.von_mises.away.value,
+    }
+    return {
+        heading: of
+        for heading, of in columns.items()
+        if any(of(point.extremes) == of(point.extremes) for point in points)
+    }
 
 
 def stability_line(points: Sequence[BranchPoint]) -> str:

@@ -38,6 +38,9 @@ from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
 #: The largest contact force is sought at so many instants a sample.
 _FINER = 4
 
+#: A force that presses a contact point in by less than this part of the gap is round-off.
+_ROUND_OFF = 1e-10
+
 #: Bytes that the stress of a shape takes at a node, and how many are kept at most.
 _BYTES, _MOST = 6 * 12, 2**30
 
@@ -182,6 +185,10 @@ class ExtremesOf:
         branch, series = self.branch, self.branch.series
         count = _FINER * series.samples
         forces = branch.forces(point, 2 * np.pi * np.arange(count) / count)
+        model = branch.header.model
+        if model.massless:
+            pressed = forces * model.static_flexibility
+            forces = np.where(pressed > _ROUND_OFF * np.abs(model.gap).max(), forces, 0.0)
         of_patch = branch.contact_patches[:, None] == np.arange(len(self.patches))
         mean = series.weight @ point.motion.force
         return forces @ of_patch, mean @ of_patch / point.motion.frequency

@@ -16,6 +16,7 @@ from fenics_nnm.output.pictures.animation import plan_animation
 from fenics_nnm.output.pictures.backbone import frequency_plots
 from fenics_nnm.output.pictures.body import plan_energies, plan_mesh, view_of
 from fenics_nnm.output.pictures.contact import contact_plots
+from fenics_nnm.output.pictures.linear_shapes import plan_linear
 from fenics_nnm.output.pictures.motion import motion_plots
 from fenics_nnm.output.pictures.multipliers import multiplier_plots
 from fenics_nnm.output.pictures.panels import Animation, Plan
@@ -117,6 +118,7 @@ def body_plans(results: Results) -> list[Plan]:
     return [
         plan_mesh(body, view),
         plan_energies(results, body, view),
+        *plan_linear(results, body, view),
         plan_animation(results, body, view),
     ]
 

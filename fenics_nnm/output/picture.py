@@ -13,7 +13,7 @@ class Picture:
         file: Name of its file.
         title: A few words.
         caption: What is seen, in sentences, with units.
-        group: "frequency", "contact", "motion", "accuracy" or "body".
+        group: "frequency", "contact", "motion", "accuracy", "body" or "linear".
         also: Names of the files with the same picture in other formats.
     """
 

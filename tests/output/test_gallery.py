@@ -74,6 +74,7 @@ def test_list_names_each_file_with_a_caption_and_its_units(drawn: Path) -> None:
         "motion",
         "accuracy",
         "body",
+        "linear",
     }
     for each in found:
         assert each["title"] and each["caption"].endswith(".")

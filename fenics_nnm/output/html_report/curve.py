@@ -169,8 +169,8 @@ def _kinds_of_instability(points: Sequence[BranchPoint]) -> tuple[Html, ...]:
     )
 
 
-def linear_frequencies(results: Results) -> Section:
-    """Frequencies of the linear modes."""
+def linear_frequencies(results: Results, gallery: Gallery) -> Section:
+    """Frequencies and shapes of the linear modes."""
     hertz = results.summary.get("linear_frequencies_Hz", [])
     if not hertz:
         return Section("linear", "Linear modes", (), "the run was stopped before its summary.")
@@ -191,6 +191,7 @@ def linear_frequencies(results: Results) -> Section:
     if len(rows) > _FEW_MODES:
         label = f"Modes {_FEW_MODES + 1} to {len(rows)}"
         content += (folded(label, table(columns, rows[_FEW_MODES:], label=label)),)
+    content += gallery.figures("linear")
     return Section("linear", "Linear modes", content)
 
 

@@ -68,7 +68,7 @@ def _page(
             curve.points(results, points, beside),
             trust.verdicts(results),
             trust.certificate(results, gallery),
-            curve.linear_frequencies(results),
+            curve.linear_frequencies(results, gallery),
             curve.families(results),
             curve.resonances(results),
             curve.bifurcations(results),

@@ -11,7 +11,8 @@ from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.output.pictures.body import contact_balls, factor_for, size_of
+from fenics_nnm.output.pictures.body import contact_balls, extent_of, factor_for, size_of
+from fenics_nnm.output.pictures.obstacle import WORDS, obstacle_layers
 from fenics_nnm.output.pictures.panels import (
     Animation,
     Plan,
@@ -48,7 +49,9 @@ def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
     unit = unit_for(magnitude, "m")
     limits = (0.0, unit.factor * float(magnitude.max()) or 1.0)
     places = [skin.moved(field, factor) for field in fields]
-    camera = Camera.around(np.vstack([skin.places, *places]), view, pixels=_PIXELS, slenderness=0.3)
+    obstacle = obstacle_layers(results, body, factor)
+    everywhere = np.vstack([skin.places, *places, *map(extent_of, obstacle)])
+    camera = Camera.around(everywhere, view, pixels=_PIXELS)
     scenes = []
     for frame, moved in enumerate(places):
         faces = Faces(
@@ -61,7 +64,7 @@ def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
         )
         outline = Lines(skin.places[skin.edges], OUTLINE, 1.2)
         balls = _touching(body, skin, fields[frame], np.flatnonzero(pressed[frame]), factor)
-        scenes.append(Scene([outline, faces, *balls], camera))
+        scenes.append(Scene([outline, faces, *obstacle, *balls], camera))
 
     def finish(images: Sequence[Image]) -> Animation:
         bar = ScalarMappable(Normalize(*limits), SIZE)
@@ -72,6 +75,7 @@ def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
             f"{point.gamma_ratio:.4g} ({point.motion.frequency:.5g} Hz). Colours: displacement in "
             f"{unit.name}, drawn {times}; lines: at rest; red balls: contact points that touch. "
             f"The middle of contact is at t / T = 0.5.{_overlap(body, factor)}"
+            f"{WORDS if obstacle else ''}"
         )
         return Animation("motion", "Motion over one period", caption, "body", frames)
 

@@ -11,6 +11,7 @@ from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.output.pictures.obstacle import WORDS, obstacle_layers
 from fenics_nnm.output.pictures.panels import (
     Plan,
     height_over_width,
@@ -44,7 +45,7 @@ BODY = "#d7dee6"
 _BALL = 0.008
 
 #: The largest displacement is drawn as about this part of the size of the body.
-_ENLARGED = 0.12
+ENLARGED = 0.12
 
 #: Displacements that differ by less than this part are of one size.
 _TIE = 1e-3
@@ -104,7 +105,7 @@ def factor_for(skin: Skin, displacements: Sequence[Array]) -> float:
     largest = max(float(np.linalg.norm(field, axis=1).max()) for field in displacements)
     if largest <= 0:
         return 1.0
-    return max(1.0, round_below(_ENLARGED * size_of(skin.places) / largest))
+    return max(1.0, round_below(ENLARGED * size_of(skin.places) / largest))
 
 
 def view_of(body: StoredBranch, point: BranchPoint, tip: int) -> View:
@@ -125,6 +126,11 @@ def _largest_at(body: StoredBranch, point: BranchPoint, tip: int) -> float:
     moved = np.linalg.norm(body.displacement(point, phase, np.array([tip]))[:, 0], axis=1)
     farthest = phase[moved > (1 - _TIE) * moved.max()]
     return float(farthest[np.argmin(np.abs(farthest - np.pi))])
+
+
+def extent_of(layer: Layer) -> Array:
+    """Places in m that a layer beside a body reaches to, shape (p, 3)."""
+    return layer.nodes if isinstance(layer, Faces) else layer.reach
 
 
 def contact_balls(places: Array, size: float, colour: str = RED) -> Balls:
@@ -188,6 +194,7 @@ def plan_shapes(
     name: str,
     title: str,
     caption: str,
+    beside: Sequence[Layer] = (),
 ) -> Plan:
     """Deformed shapes side by side, coloured by displacement, over the outline at rest.
 
@@ -198,14 +205,16 @@ def plan_shapes(
         name: Name of the picture's files.
         title: Its title.
         caption: What is said of it, besides scales.
+        beside: What is drawn besides the body.
     """
     skin = skin_of(body)
     unit = unit_for(np.array([[s.magnitude.max() for s in row.shapes] for row in rows]), "m")
     places = [[skin.moved(s.displacement, row.factor) for s in row.shapes] for row in rows]
-    everywhere = np.vstack([skin.places, *(each for row in places for each in row)])
+    drawn_places = [each for row in places for each in row]
+    everywhere = np.vstack([skin.places, *drawn_places, *map(extent_of, beside)])
     camera = Camera.around(everywhere, view, pixels=_PANEL, slenderness=0.3)
     scenes = [
-        Scene([*_outline(skin), _coloured(skin, moved, shape, row, unit)], camera)
+        Scene([*_outline(skin), _coloured(skin, moved, shape, row, unit), *beside], camera)
         for row, drawn in zip(rows, places, strict=True)
         for shape, moved in zip(row.shapes, drawn, strict=True)
     ]
@@ -219,10 +228,12 @@ def plan_shapes(
         for row, panels, drawn in zip(rows, grid, _split(images, columns), strict=True):
             for axes, shape, image in zip(panels, row.shapes, drawn, strict=True):
                 show(axes, image, camera, scaled=axes is grid[0, 0])
-                axes.set_title(shape.name, fontsize=8)
+                axes.set_title(shape.name, fontsize=8 * width / WIDTH)
             norm = Normalize(*_limits(row, unit))
             bar = figure.colorbar(ScalarMappable(norm, SIZE), ax=list(panels), shrink=0.85)
             label_bar(bar, f"{row.label}  ({unit.name})")
+            bar.ax.yaxis.label.set_fontsize(9 * width / WIDTH)
+            bar.ax.tick_params(labelsize=8 * width / WIDTH)
         return Plot(name, title, caption + _factors(rows, unit), "body", figure)
 
     return Plan(scenes, finish)
@@ -281,6 +292,7 @@ def plan_energies(results: Results, body: StoredBranch, view: View) -> Plan:
         for point, field in zip(results.chosen, fields, strict=True)
     ]
     factor = factor_for(skin_of(body), fields)
+    obstacle = obstacle_layers(results, body, factor)
     return plan_shapes(
         body,
         [Row("displacement", factor, shapes)],
@@ -288,5 +300,6 @@ def plan_energies(results: Results, body: StoredBranch, view: View) -> Plan:
         name="mode_shapes",
         title="Shapes at several energies",
         caption=f"Nonlinear mode {results.header.mode} at the instant of the largest displacement "
-        "of the node that moves most, at chosen energies.",
+        f"of the node that moves most, at chosen energies.{WORDS if obstacle else ''}",
+        beside=obstacle,
     )

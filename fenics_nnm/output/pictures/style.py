@@ -68,7 +68,8 @@ class Plot:
         name: Name of its files, without the ending.
         title: A few words.
         caption: What is seen, in sentences, with units.
-        group: What kind of picture it is: "frequency", "contact", "motion", "accuracy" or "body".
+        group: What kind of picture it is: "frequency", "contact", "motion", "accuracy", "body" or
+            "linear".
         figure: The figure.
     """
 

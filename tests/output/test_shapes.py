@@ -1,0 +1,71 @@
+"""Linear mode shapes with their frequencies, and the obstacle beside a motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import BEAM, toml
+
+from fenics_nnm.cli import main
+from fenics_nnm.output.pictures.body import view_of
+from fenics_nnm.output.pictures.linear_shapes import plan_linear
+from fenics_nnm.output.pictures.obstacle import obstacle_layers
+from fenics_nnm.output.pictures.results import Results, read_results
+from fenics_nnm.output.pictures.scene import Faces
+from fenics_nnm.results.stored_branch import StoredBranch
+
+
+@pytest.fixture(scope="module")
+def beam(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    folder = tmp_path_factory.mktemp("beam")
+    (folder / "study.toml").write_text(toml(BEAM))
+    assert main(["run", str(folder / "study.toml"), "--output", str(folder / "out")]) == 0
+    return read_results(folder / "out")
+
+
+def low_and_high(places: np.ndarray) -> np.ndarray:
+    return np.array([places.min(axis=0), places.max(axis=0)])
+
+
+def body_of(results: Results) -> StoredBranch:
+    assert results.body is not None
+    return results.body
+
+
+@pytest.mark.parametrize("factor", [1.0, 20.0])
+def test_the_obstacle_is_where_the_gap_ends(beam: Results, factor: float) -> None:
+    """The end of the beam can touch above it: its facets moved up by the gap of 1 mm."""
+    body = body_of(beam)
+    (sheet,) = obstacle_layers(beam, body, factor)
+    assert isinstance(sheet, Faces)
+    corners = np.unique(sheet.corners)
+    assert len(corners) == len(sheet.nodes)
+    end = body.nodes[np.isclose(body.nodes[:, 0], 1.0)]
+    middle, moved = (low_and_high(each).mean(axis=0) for each in (end, sheet.nodes))
+    np.testing.assert_allclose(moved - middle, [0, 0, factor * 1e-3], atol=1e-9)
+    widths = [np.ptp(low_and_high(each), axis=0)[1] for each in (end, sheet.nodes)]
+    assert widths[0] == pytest.approx(widths[1])
+    assert np.ptp(sheet.nodes[:, 2]) > 0.1  # wide enough to be seen
+
+
+def test_linear_modes_are_drawn_with_their_frequencies(beam: Results) -> None:
+    body = body_of(beam)
+    (plan,) = plan_linear(beam, body, view_of(body, beam.shown[-1], beam.tip))
+    hertz = beam.summary["linear_frequencies_Hz"]
+    assert len(plan.scenes) == len(hertz) > 1
+    for scene in plan.scenes:
+        (faces,) = (layer for layer in scene.layers if isinstance(layer, Faces))
+        assert faces.values is not None
+        assert faces.values.max() == pytest.approx(1.0, abs=1e-3) and faces.values.min() >= 0.0
+    plot = plan.finish([np.zeros((60, 80, 3), dtype=np.uint8)] * len(hertz))
+    titles = [axes.get_title() for axes in plot.figure.axes]
+    assert titles[: len(hertz)] == [f"mode {n + 1}\n{f:.5g} Hz" for n, f in enumerate(hertz)]
+
+
+def test_shapes_of_other_reductions_are_no_linear_modes(beam: Results, tmp_path: Path) -> None:
+    body = body_of(beam)
+    view = view_of(body, beam.shown[-1], beam.tip)
+    unknown = Results(beam.header, beam.points, {}, body, beam.areas, beam.tip)
+    assert plan_linear(unknown, body, view) == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,8 @@ from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.files.cache import OFF, VARIABLE
 from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import study_from
+
+os.environ[VARIABLE] = OFF  # no test finds what another one, or a user, has computed
 
 #: A rod of eight linear elements: a run takes a few tenths of a second.
 ROD: dict[str, Any] = {
@@ -77,12 +80,6 @@ def _reads_here(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch)
     if request.node.get_closest_marker("own_process") is None:
         for name in STARTERS:
             monkeypatch.setattr(f"fenics_nnm.{name}.in_own_process", in_this_process)
-
-
-@pytest.fixture(autouse=True)
-def _keeps_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No test finds what another one, or a user, has computed."""
-    monkeypatch.setenv(VARIABLE, OFF)
 
 
 @pytest.fixture

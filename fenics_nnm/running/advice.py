@@ -114,8 +114,8 @@ def _with_damping(chosen: Choice, points: _Points) -> tuple[str, ...]:
     most = float(np.clip(np.nanmax([_DAMPING, *needed_now]), _DAMPING, _MOST_DAMPING))
     return (
         "if points stay failed: with damping these motions are fewer and smoother: with [damping] "
-        f"ratio = {most:.2g} a run over energy follows damped motions, and fenics-nnm response, with an "
-        "[[excitation]], those of given forces",
+        f"ratio = {most:.2g} a run over energy follows damped motions, and fenics-nnm response, "
+        "with an [[excitation]], those of given forces",
     )
 
 

@@ -26,6 +26,7 @@ NAVIGATION = {
     ),
     "Theory": (
         "docs/theory",
+        "docs/theory_motion",
         "docs/driven_motions",
         "docs/damped_backbone",
         "docs/passing_casings",

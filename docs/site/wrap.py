@@ -17,7 +17,7 @@ WIDTH = 110
 _JOINT = "\N{NO-BREAK SPACE}"
 
 #: Beginnings of lines that are no text to be wrapped.
-_KEPT = ("|", "#", "![", "<", "    ")
+_KEPT = ("|", "#", "![", "<!--", "    ")
 
 _FENCE = re.compile(r"^\s*```")
 _ITEM = re.compile(r"(\s*)([*-]|\d+\.) ")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from fenics_nnm.errors import ConvergenceError
 from fenics_nnm.face.branch import Branch, branch_of
 from fenics_nnm.face.loaded import loaded
 from fenics_nnm.fem.parallel import on_root
@@ -66,6 +67,8 @@ def followed(asked: Asked, folder: Path | None, *, resume: bool) -> Branch:
 
 def _ended(asked: Asked, folder: Path, *, resume: bool, temporary: bool = False) -> Branch:
     result = run_study(asked.study, asked.text, folder, resume=resume, analyse=asked.analyse)
+    if not result.branch.points:
+        raise ConvergenceError(result.branch.reason)
     if not result.branch.complete and MPI.COMM_WORLD.rank == 0:
         logger.warning("incomplete: %s", result.branch.reason)
     return branch_of(loaded(result.folder, temporary=temporary))

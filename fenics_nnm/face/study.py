@@ -134,6 +134,7 @@ gap in m, negative for an interference)
 
         Raises:
             NonlinearModeError: if the study cannot be run, or the results not be written.
+            ConvergenceError: if no point was found.
         """
         from fenics_nnm.face.running import Asked, followed
 

@@ -178,6 +178,9 @@ def test_incomplete_branch_is_logged(caplog: pytest.LogCaptureFixture) -> None:
     assert not branch.complete
     assert branch.reason.startswith("no point at gamma ratio 1.2")
     assert f"incomplete: {branch.reason}" in caplog.text
+    changes["continuation"] = {"energies": {"from": 1.3, "to": 1.4, "step": 0.1}}
+    with pytest.raises(nnm.ConvergenceError, match="no point converged; at gamma"):
+        nnm.make_study(ROD).with_values(changes).branch()
 
 
 def test_errors_are_the_lines_of_the_commands(

@@ -16,7 +16,7 @@ from fenics_nnm.structure.structure import Linear
 from fenics_nnm.study import Study
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Check:
     """A study up to its linear modes; `print` shows it as `fenics-nnm check` does.
 

@@ -21,7 +21,7 @@ Place = Sequence[float] | Array
 """A place (x, y, z) in m; of a plane or a rod fewer coordinates, the others are 0."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ContactHistory:
     """Contact over one period, at s instants and n_c contact points.
 
@@ -40,7 +40,7 @@ class ContactHistory:
     distance_m: Array
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class MotionHistory:
     """Motion of k nodes of the mesh over one period, at s instants.
 
@@ -95,7 +95,7 @@ def motion_history(
     )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class UnknownsHistory:
     """Displacement of all n unknowns of matrices over one period, at s instants.
 

@@ -42,7 +42,7 @@ class _Kept:
         return self._shared
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Study:
     """A study with all its values; made by `read_study`, `make_study` or `new_study`.
 

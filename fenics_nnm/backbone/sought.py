@@ -38,6 +38,7 @@ class Seeker:
     measures: Measures
     step: float
     _values: dict[tuple[str, float], float] = field(default_factory=dict)
+    _latest: CascadeSolution | None = None
 
     def find(self, sought: Sequence[Sought]) -> tuple[tuple[float, str], ...]:
         """Have points at all values; frequencies come last, which the branch may never reach.
@@ -112,7 +113,9 @@ class Seeker:
         Raises:
             ConvergenceError: if none is found.
         """
-        solved = self._solved(ratio)
+        solved = self._latest
+        if solved is None or solved.position != ratio:
+            self._latest = solved = self._solved(ratio)
         assert solved.finest is not None
         motion = self.stepping.maker.motion(solved.finest)
         return solved, self.measures[sought.quantity](motion)
@@ -128,8 +131,7 @@ class Seeker:
         found = self.stepping.solver.at(ratio, nearest)
         if found.finest is None:
             raise ConvergenceError(f"gamma ratio {ratio:.6g}: {found.failure}")
-        finest = found.finest.completed(self.stepping.maker.equations)
-        return replace(found, solutions=(*found.solutions[:-1], finest))
+        return found
 
     def _crossings(self, sought: Sought) -> list[tuple[float, float]]:
         """Gamma ratios of neighbours that a value lies between; twice that of a point with it."""

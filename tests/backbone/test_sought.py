@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROD, Ended
+from conftest import PLATE, ROD, Ended
 
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
@@ -121,3 +121,17 @@ def test_what_is_no_amount_is_refused(study_file: StudyFile, command: Command) -
     ):
         study = study_file(ROD, continuation={"=": continuation})
         command("check", study).assert_one_line(2, "continuation", words)
+
+
+def test_points_of_craig_bampton_keep_their_contact_forces(
+    study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """Those at asked values lie between their neighbours, and so do their expected errors."""
+    study = study_file(
+        PLATE,
+        reduction={"method": "craig-bampton"},
+        continuation={"energies": {"from": 1.1, "to": 1.3, "step": 0.2}, "report_at": ["1.2 mm"]},
+    )
+    assert command("run", study, "--output", "out").code == 0
+    forces = [float(row["contact_force_N"]) for row in rows_of(tmp_path / "out")]
+    assert len(forces) == 3 and forces[0] < forces[1] < forces[2]

@@ -223,6 +223,8 @@ def test_the_pointer_finds_the_numbers_of_each_point(plate: Path, page: Element)
         assert lines[0].startswith(row["status"])
         assert f"{float(row['frequency_Hz']):.7g} Hz" in lines[1]
         assert any("largest displacement" in line for line in lines)
+        (stress,) = (line for line in lines if "von Mises" in line)
+        assert f"{1e-6 * float(row['von_mises_Pa']):.4g} MPa" in stress
     places = [(float(e.attributes["cx"]), float(e.attributes["cy"])) for e in drawing.all("circle")]
     width, height = map(float, drawing.attributes["viewbox"].split()[2:])
     assert len(places) > 2

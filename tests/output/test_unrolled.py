@@ -54,6 +54,13 @@ def test_patches_follow_each_other_and_a_single_row_has_no_break() -> None:
     np.testing.assert_allclose(found.along, 2 * [0.0, 0.1, 0.2, 0.3], atol=1e-12)
 
 
+def test_a_grid_of_points_has_fewer_places_along_it_than_a_cubic_asks_for() -> None:
+    grid = np.array([[0.3 * i, 0.1 * j, 0.0] for i in range(3) for j in range(3)])
+    flat = Unrolling.of(grid).flat(grid)
+    np.testing.assert_allclose(np.unique(flat[:, 0].round(9)), [0.0, 0.3, 0.6])
+    np.testing.assert_allclose(np.unique(flat[:, 1].round(9)), [-0.1, 0.0, 0.1], atol=1e-9)
+
+
 def test_one_point_is_where_it_is() -> None:
     assert ordered(np.zeros((1, 3)), np.zeros(1, dtype=np.int64)).along.tolist() == [0.0]
 

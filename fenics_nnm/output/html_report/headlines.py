@@ -13,6 +13,7 @@ from fenics_nnm.output.html_report.page import Section
 from fenics_nnm.output.html_report.words import hardening, plain, signed
 from fenics_nnm.output.pictures.amplitude import amplitude_of
 from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.results.tables import COLUMNS
 
 
 def headlines(results: Results) -> list[tuple[str, str]]:
@@ -33,6 +34,7 @@ def headlines(results: Results) -> list[tuple[str, str]]:
         ("Largest hardening", f"{signed(hardening(highest))} %"),
         ("Largest motion", f"{moved:.4g} {amplitude.unit.name} at {_energy(largest)}"),
         *_contact(largest),
+        *_stress(largest),
         *_orders(results),
         ("Verified points", f"{verified} of {len(points)}"),
     ]
@@ -50,6 +52,15 @@ def _contact(point: BranchPoint) -> Iterator[tuple[str, str]]:
     if force > 0:
         share = 100 * point.motion.contact_fraction
         yield "Contact there", f"{plain(force)} N, {share:.3g} % of the period"
+
+
+def _stress(point: BranchPoint) -> Iterator[tuple[str, str]]:
+    """How hard the largest motion strains the body, and whether that is beyond its strength."""
+    printed = COLUMNS["von_mises_Pa"].printed(point)
+    if printed:
+        beyond = COLUMNS["beyond"].printed(point)
+        words = f"{1e-6 * float(printed):.4g} MPa von Mises"
+        yield "Stress there", f"{words}, beyond {beyond}" if beyond else words
 
 
 def _orders(results: Results) -> Iterator[tuple[str, str]]:

@@ -30,11 +30,11 @@ _LOGARITHMIC = 30
 #: Fewest and most steps of an axis.
 _STEPS = 5
 
-#: Columns of backbone.csv that a point shows besides, if they are there: words, factor and unit.
+#: Columns of backbone.csv that a point shows besides, where they are known: words, factor, unit.
 _FURTHER = {
-    "contact_force_N": ("largest contact force", 1.0, "N"),
     "von_mises_Pa": ("largest von Mises stress", 1e-6, "MPa"),
     "principal_Pa": ("largest principal stress", 1e-6, "MPa"),
+    "yield_margin": ("yield strength over stress", 1.0, "(1)"),
 }
 
 #: What marks stand for.
@@ -213,8 +213,8 @@ def _numbers(point: BranchPoint, amplitude: str) -> str:
         f"{plain(motion.force.sum(axis=1).max(initial=0.0))} N in all",
     ]
     for name, (words, factor, unit) in _FURTHER.items():
-        printed = COLUMNS[name].printed(point) if name in COLUMNS else ""
-        if printed:
+        printed = COLUMNS[name].printed(point)
+        if printed:  # stress is not known of matrices
             lines.append(f"{words} {factor * float(printed):.4g} {unit}")
     return "\n".join(lines)
 

@@ -48,7 +48,7 @@ class Unrolling:
         frame = frame * np.sign(frame[[0, 1, 2], np.abs(frame).argmax(axis=1)])[:, None]
         along, across = ((places - middle) @ frame[:2].T).T
         degree = next(degree for least, degree in _DEGREES if len(places) >= least)
-        curve = np.polyfit(along, across, degree) if np.ptp(along) else np.zeros(1)
+        curve = _fitted(along, across, degree)
         return cls(middle, frame, curve, (float(along.min()), float(along.max())))
 
     def flat(self, places: Array) -> Array:
@@ -63,6 +63,14 @@ class Unrolling:
         start = np.interp(self.ends[0], grid, way)
         distance = across - np.polyval(self.curve, along)
         return np.column_stack([np.interp(along, grid, way) - start, distance])
+
+
+def _fitted(along: Array, across: Array, degree: int) -> Array:
+    """Coefficients of a polynomial through points; the smallest ones where rows leave a choice."""
+    size = float(np.abs(along).max()) or 1.0
+    powers = np.arange(degree, -1, -1)
+    scaled = np.linalg.lstsq((along[:, None] / size) ** powers, across, rcond=1e-9)[0]
+    return np.asarray(scaled / size**powers)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ import logging
 import os
 import stat
 import tempfile
+import time
 import zipfile
 from collections.abc import Mapping
 from contextlib import suppress
@@ -42,6 +43,9 @@ _MOST = 2 * 2**30
 #: How a file begins, before the digest, and what its name ends with.
 _HEAD, _ENDING = b"fenics-nnm cache 1\n", ".kept"
 
+#: What the name of a file ends with while it is written, and seconds after which nobody writes it.
+_PART, _LEFT = ".part", 86400.0
+
 
 @dataclass(frozen=True, slots=True)
 class Cache:
@@ -59,8 +63,9 @@ class Cache:
         """The arrays of a key; None if there are none, or they are damaged."""
         path = self._path(key)
         try:
+            self._assert_own()
             found = _unsealed(path.read_bytes(), key)
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             return None
         except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as error:
             logger.info("%s is left out: %s", path, error)
@@ -77,6 +82,7 @@ class Cache:
         if len(sealed) > self.most // 4:
             return
         try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             self._assert_own()
             self._write(self._path(key), sealed)
             self._shorten()
@@ -92,9 +98,9 @@ class Cache:
         return [path for _, path in sorted(found)]
 
     def clear(self) -> int:
-        """Remove all files; how many there were."""
+        """Remove all files; how many there were, besides what killed commands left."""
         files = self.files()
-        for path in files:
+        for path in [*files, *self.folder.glob(f"*{_PART}")]:
             path.unlink(missing_ok=True)
         return len(files)
 
@@ -106,18 +112,17 @@ class Cache:
         return self.folder / f"{key}{_ENDING}"
 
     def _assert_own(self) -> None:
-        """Make the folder; refuse one of somebody else, who could put anything there.
+        """Refuse a folder of somebody else, who could put anything there.
 
         Raises:
-            OSError: if it cannot be made, or is not this user's.
+            OSError: if there is none, or it is not this user's.
         """
-        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = self.folder.stat()
         if found.st_uid != os.getuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
             raise OSError(f"{self.folder} can be written to by others")
 
     def _write(self, path: Path, data: bytes) -> None:
-        handle, name = tempfile.mkstemp(dir=self.folder, suffix=".part")
+        handle, name = tempfile.mkstemp(dir=self.folder, suffix=_PART)
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(data)
@@ -128,6 +133,9 @@ class Cache:
 
     def _shorten(self) -> None:
         """Remove what was not needed for the longest time, as far as there is too much."""
+        for path in self.folder.glob(f"*{_PART}"):
+            if time.time() - path.stat().st_mtime > _LEFT:
+                path.unlink(missing_ok=True)
         excess = self.size() - self.most
         for path in self.files():
             if excess <= 0:

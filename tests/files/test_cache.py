@@ -84,6 +84,22 @@ def test_a_folder_that_others_can_write_to_keeps_nothing(cache: Cache) -> None:
     cache.folder.chmod(0o777)
     cache.write("a", ARRAYS)
     assert list(cache.folder.iterdir()) == []
+    cache.folder.chmod(0o700)
+    cache.write("a", ARRAYS)
+    cache.folder.chmod(0o777)
+    assert cache.read("a") is None  # whoever has put it there
+
+
+def test_what_killed_commands_left_goes_in_time(cache: Cache) -> None:
+    cache.folder.mkdir()
+    old, new = cache.folder / "old.part", cache.folder / "new.part"
+    for path in (old, new):
+        path.write_bytes(b"half of it")
+    os.utime(old, (1, 1))
+    cache.write("a", ARRAYS)
+    assert not old.exists() and new.exists()  # another command may be writing it
+    assert cache.clear() == 1
+    assert list(cache.folder.iterdir()) == []
 
 
 def test_parts_of_a_key_do_not_run_into_each_other() -> None:

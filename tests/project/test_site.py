@@ -58,8 +58,6 @@ def test_docs_root_has_what_the_settings_name() -> None:
 
 #: Pages with lines that are still too wide; each is to go. `docs/site/wrap.py` wraps a page.
 KNOWN_WIDE = (
-    "README.md",
-    "docs/damped_backbone.md",
     "docs/results.md",
     "docs/study_file.md",
     "docs/user_guide.md",

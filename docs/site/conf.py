@@ -59,6 +59,7 @@ linkcheck_timeout = 20
 
 add_module_names = False
 default_role = "code"
+smartquotes = False  # q' is a derivative
 napoleon_include_special_with_doc = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"

@@ -10,14 +10,24 @@ sys.path.insert(0, str(ROOT))
 
 #: Pages by chapter, in the order of the site's navigation.
 NAVIGATION = {
-    "Begin": ("docs/installation", "docs/user_guide", "docs/python", "docs/gallery", "docs/faq"),
+    "Begin": (
+        "docs/installation",
+        "docs/user_guide",
+        "docs/large_models",
+        "docs/python",
+        "docs/gallery",
+        "docs/faq",
+    ),
     "Reference": (
         "docs/study_file",
         "docs/study_contact",
+        "docs/study_driven",
+        "docs/study_matrices",
         "docs/loads",
         "docs/mesh_files",
         "docs/blade",
         "docs/results",
+        "docs/results_driven",
         "docs/families",
         "api",
         "docs/glossary",
@@ -34,6 +44,7 @@ NAVIGATION = {
     "Verification": (
         "docs/verification",
         "docs/verification_bodies",
+        "docs/verification_contact",
         "docs/paper_figures",
         "benchmarks/README",
     ),

@@ -8,7 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array, Complex
-from fenics_nnm.backbone.point_numbers import largest_multiplier
+from fenics_nnm.backbone.point_numbers import is_damped, largest_multiplier
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     AMOUNT,
@@ -34,6 +34,16 @@ _SMALL, _LARGE = 4, 22
 
 #: The plane is shown up to this modulus, or a little farther than the largest multiplier in it.
 _PLANE, _ROOM = 1.15, 1.08
+
+
+#: What their caption says of motions without damping, and of damped ones.
+_UNDAMPED = (
+    "; the two that are always 1 are left out. They come as mu, 1/mu and their conjugates: a "
+    "motion is stable if all are on the unit circle."
+)
+_DAMPED = (
+    ", under the force that keeps it up. A motion is stable if all are inside the unit circle."
+)
 
 
 def multiplier_plots(results: Results) -> list[Plot]:
@@ -69,13 +79,16 @@ def _in_the_plane(results: Results) -> list[Plot]:
     missing = counts.count(0)
     caption = (
         "Floquet multipliers (no unit) of the exact motion near each point, coloured by the gamma "
-        "ratio; the two that are always 1 are left out. They come as mu, 1/mu and their conjugates:"
-        " a motion is stable if all are on the unit circle."
+        f"ratio{_DAMPED if _are_damped(results) else _UNDAMPED}"
         + (_beyond_explained(multipliers, beyond) if beyond.any() else "")
         + (f" Not known at {missing} of {len(counts)} points." if missing else "")
     )
     title = "Floquet multipliers in the complex plane"
     return [Plot("multipliers_plane", title, caption, "accuracy", figure)]
+
+
+def _are_damped(results: Results) -> bool:
+    return any(map(is_damped, results.points))
 
 
 def _ends(ratios: Array) -> tuple[float, float]:
@@ -112,13 +125,13 @@ def _largest(results: Results) -> list[Plot]:
     if np.nanmax(largest) > _NEAR:
         axes.set_yscale("log")
     else:
-        axes.set_ylim(0.95, max(1.05, 1.02 * np.nanmax(largest)))
+        axes.set_ylim(min(0.95, 0.98 * np.nanmin(largest)), max(1.05, 1.02 * np.nanmax(largest)))
     legend_below(figure, axes)
     missing = int(np.isnan(largest).sum())
     caption = (
         "Largest modulus (no unit) of the Floquet multipliers of the exact motion near each point, "
-        "over the gamma ratio. It is 1 where the motion is stable; small disturbances grow "
-        "by this factor in each period where it is larger."
-        + (f" Not known at {missing} of {len(largest)} points." if missing else "")
+        f"over the gamma ratio. It is 1{' or less' if _are_damped(results) else ''} where the "
+        "motion is stable; small disturbances grow by this factor in each period where it is "
+        "larger." + (f" Not known at {missing} of {len(largest)} points." if missing else "")
     )
     return [Plot("multipliers", "Largest Floquet multiplier", caption, "accuracy", figure)]

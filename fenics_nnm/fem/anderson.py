@@ -15,9 +15,8 @@ from fenics_nnm.arrays import Array
 #: what they say is no longer so where g is not linear.
 _DEPENDENT = 0.003
 
-
-#: Rows that there is room for at first.
-_ROOM = 8
+#: Rows that there is room for at first; those that stay empty take no memory.
+_ROOM = 32
 
 
 class Anderson:

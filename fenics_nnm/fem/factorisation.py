@@ -1,4 +1,8 @@
-"""LDL^T factorisations by MUMPS, which get more workspace where its estimate was too small."""
+"""LDL^T factorisations by MUMPS, which get more workspace where its estimate was too small.
+
+On one rank CHOLMOD is faster (benchmarks/README.md), but factorises positive definite matrices
+alone, and knows no limit of its memory.
+"""
 
 from __future__ import annotations
 
@@ -36,6 +40,12 @@ _DENSE, _BESIDES = 16, 2**30
 #: negative pivots of a block that ScaLAPACK factorises.
 ROOT_ALONE = ("mat_mumps_icntl_13", 1)
 
+#: Entries of a factor of n rows over n^(4/3), more than meshes of any shape have.
+_ENTRIES = 40
+
+#: Options of CHOLMOD: it says nothing, and fails where a matrix is not positive definite.
+_OF_CHOLMOD = (("mat_cholmod_factor", "supernodal"), ("mat_cholmod_print", 0))
+
 #: The workspace is doubled at most so many times.
 _DOUBLINGS = 5
 
@@ -47,9 +57,41 @@ def use_mumps(ksp: PETSc.KSP, settings: Sequence[tuple[str, int]] = ()) -> None:
         ksp: Solver.
         settings: Options of MUMPS and their values.
     """
+    _use(ksp, PETSc.Mat.SolverType.MUMPS, settings)
+
+
+def use_fastest(ksp: PETSc.KSP, memory: float | None, settings: Sequence[tuple[str, int]]) -> None:
+    """Solve by one Cholesky factorisation of a matrix that is positive definite.
+
+    On one rank it is CHOLMOD's if PETSc has it and it fits into memory for sure, else MUMPS's;
+    options of the user win. Its matrix is that which the solver has already.
+
+    Args:
+        ksp: Solver with its matrix.
+        memory: Memory in bytes that a rank may take for factors; no limit if None.
+        settings: Options of MUMPS and their values.
+    """
+    rows = ksp.getOperators()[1].getSize()[0]
+    fits = memory is None or 8 * _ENTRIES * rows ** (4 / 3) <= memory
+    known = any(map(PETSc.Sys.hasExternalPackage, ("cholmod", "suitesparse")))
+    if ksp.comm.size == 1 and fits and known:
+        _use(ksp, PETSc.Mat.SolverType.CHOLMOD, _OF_CHOLMOD)
+    else:
+        use_mumps(ksp, settings)
+
+
+def negative_pivots(ksp: PETSc.KSP) -> int:
+    """Number of negative eigenvalues of a matrix that was factorised.
+
+    MUMPS has counted them; others fail where there are some.
+    """
+    return int(ksp.getPC().getFactorMatrix().getMumpsInfog(12)) if _infog(ksp) else 0
+
+
+def _use(ksp: PETSc.KSP, solver: str, settings: Sequence[tuple[str, int | str]]) -> None:
     ksp.setType(PETSc.KSP.Type.PREONLY)
     ksp.getPC().setType(PETSc.PC.Type.CHOLESKY)
-    ksp.getPC().setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+    ksp.getPC().setFactorSolverType(solver)
     options = PETSc.Options(ksp.getOptionsPrefix())
     for name, value in settings:
         if not options.hasName(name):

@@ -9,7 +9,13 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ModelError, OutOfMemoryError
-from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
+from fenics_nnm.fem.factorisation import (
+    ROOT_ALONE,
+    factorise,
+    limited_memory,
+    negative_pivots,
+    use_mumps,
+)
 from fenics_nnm.fem.parts import parts_that_move
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.linear_modes import counted, counting_shift
@@ -97,7 +103,7 @@ def modes_below(solid: Solid, shift: float, memory: float | None = None) -> int:
     try:
         with limited_memory(ksp, memory):
             factorise(ksp)
-        return int(ksp.getPC().getFactorMatrix().getMumpsInfog(12))
+        return negative_pivots(ksp)
     finally:
         ksp.destroy()
         shifted.destroy()

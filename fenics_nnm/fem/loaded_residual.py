@@ -41,7 +41,7 @@ class LoadedResidual:
         self._rest = fem.form(form)
         self._slope = fem.form(ufl.derivative(form, self.displacement))
         self._points = point_loads(solid, loads)
-        self.tangent: PETSc.Mat = solid.stiffness.copy()
+        self.tangent: PETSc.Mat = solid.stiffness.duplicate()
         self.asymmetry = 0.0
 
     @property

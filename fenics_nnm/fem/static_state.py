@@ -1,8 +1,8 @@
 """Static state of a body under steady loads, geometrically exact.
 
-First all loads are tried at once, with the factors of the stiffness of the unloaded body. Steps
-with them are accelerated (`fem.anderson`), and what they end at counts if its tangent stiffness is
-positive definite, which the same factors show (`fem.least_ratio`).
+First all loads are tried at once, with the factors of the stiffness of the unloaded body
+(`fem.loads_at_once`). Steps with them are accelerated (`fem.anderson`), and what they end at counts
+if its tangent stiffness is positive definite, which the same factors show (`fem.least_ratio`).
 
 Else Newton's method takes over, and the loads are applied in parts as large as it takes. A step of
 the load is refused if it does not converge, ends where the tangent stiffness is not positive
@@ -20,13 +20,18 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutOfMemoryError
-from fenics_nnm.fem.anderson import Anderson
 from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.cached_state import StepsTaken, keeper_of
-from fenics_nnm.fem.factorisation import ROOT_ALONE, factorise, limited_memory, use_mumps
-from fenics_nnm.fem.least_ratio import least_ratio
+from fenics_nnm.fem.factorisation import (
+    ROOT_ALONE,
+    factorise,
+    limited_memory,
+    negative_pivots,
+    use_mumps,
+)
 from fenics_nnm.fem.loaded_residual import LoadedResidual
 from fenics_nnm.fem.loads import Loads
+from fenics_nnm.fem.loads_at_once import LoadsAtOnce
 from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.state import StaticState
@@ -43,15 +48,6 @@ _CONTRACTING = 0.3
 
 #: It diverges when a step is so many times its first one; it fails after so many steps.
 _DIVERGING, _MOST_STEPS = 1e6, 40
-
-#: Steps with the factors of the unloaded body: they have converged when a step is this part of the
-#: displacement, as what is left then is some ten times less; as many at most, and so many without a
-#: smaller one.
-_ACCELERATED, _MOST_ACCELERATED, _PATIENCE = 3e-10, 40, 5
-
-#: A tangent stiffness below this part of that of the unloaded body is left to Newton; it is enough
-#: to know that it is above the second one.
-_SOFT, _FIRM = 0.01, 0.2
 
 #: A step of the load that moves the body by more than this times its linear prediction is halved.
 _FARTHER = 3.0
@@ -126,43 +122,12 @@ class _Newton(HeldTogether):
 
     def loaded(self) -> StepsTaken:
         """Move the residual to the state under all loads, and assemble its tangent there."""
-        if self._loads_at_once():
-            return StepsTaken(self._steps, 1)
-        self._residual.move(np.zeros(self._solid.owned))
-        self._steps = 0
+        residual, comm = self._residual, self._solid.tagged.mesh.comm
+        with LoadsAtOnce(self._solid.stiffness, residual, comm, self._memory) as at_once:
+            if at_once.found():
+                return StepsTaken(at_once.steps, 1)
+        residual.move(np.zeros(self._solid.owned))
         return self._loaded_by_newton()
-
-    def _loads_at_once(self) -> bool:
-        """Whether steps with one stiffness lead to a state of all loads, with its tangent."""
-        self._residual.apply(1.0)
-        try:
-            self._factorise(self._solid.stiffness)
-            if self._negative or not self._accelerated():
-                return False
-        except _Refused:
-            return False
-        return least_ratio(self._residual.assemble(), self._ksp, _FIRM) > _SOFT
-
-    def _accelerated(self) -> bool:
-        """Whether accelerated steps with the present factors converge.
-
-        Raises:
-            _Refused: if a step is not to be had.
-        """
-        residual, faster = self._residual, Anderson(self._solid.tagged.mesh.comm)
-        first, least, since = 0.0, np.inf, 0
-        for _ in range(_MOST_ACCELERATED):
-            self._steps += 1
-            change, before = self._step(), residual.owned.copy()
-            moved, whole = residual.norm(change), residual.norm(before)
-            first = first or moved
-            if not moved <= _FARTHER * first or whole > _FARTHER * first:
-                return False
-            least, since = (moved, 0) if moved < least else (least, since + 1)
-            residual.move(faster.following(before, change))
-            if moved <= _ACCELERATED * whole or since == _PATIENCE:
-                return least <= _ROUND_OFF * whole
-        return False
 
     def _loaded_by_newton(self) -> StepsTaken:
         """The same by Newton's method, in as many parts as it needs."""
@@ -210,7 +175,7 @@ class _Newton(HeldTogether):
             raise _Refused("Newton's method does not converge")
         if residual.norm(residual.owned - start) > _FARTHER * first:
             raise _Refused("the body snaps through")
-        if self._negative:
+        if negative_pivots(self._ksp):
             raise _Refused("the body buckles")
 
     def _step(self) -> Array:
@@ -239,11 +204,6 @@ class _Newton(HeldTogether):
             raise
         except ConvergenceError as error:
             raise _Refused("its tangent stiffness is singular") from error
-
-    @property
-    def _negative(self) -> int:
-        """Number of negative eigenvalues of the stiffness that was factorised last."""
-        return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(12))
 
 
 def _failure(reached: float, why: _Refused) -> ConvergenceError:

@@ -1,0 +1,110 @@
+"""All steady loads at once, by steps with the factors of the stiffness of the unloaded body."""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ConvergenceError, OutOfMemoryError
+from fenics_nnm.fem.anderson import Anderson
+from fenics_nnm.fem.block import solved
+from fenics_nnm.fem.factorisation import (
+    ROOT_ALONE,
+    factorise,
+    limited_memory,
+    negative_pivots,
+    use_fastest,
+)
+from fenics_nnm.fem.least_ratio import least_ratio
+from fenics_nnm.fem.loaded_residual import LoadedResidual
+from fenics_nnm.fem.parallel import HeldTogether
+
+#: Steps have converged when one is this part of the displacement, as what is left then is some ten
+#: times less; as many at most, and so many without a smaller one, by round-off where the smallest
+#: one is the last part of the displacement.
+_ACCURACY, _MOST_STEPS, _PATIENCE, _ROUND_OFF = 3e-10, 40, 5, 1e-7
+
+#: A step, or the displacement, that is more than this times the first step leads elsewhere.
+_FARTHER = 3.0
+
+#: A tangent stiffness below this part of that of the unloaded body is left to others; it is enough
+#: to know that it is above the second one.
+_SOFT, _FIRM = 0.01, 0.2
+
+
+class LoadsAtOnce(HeldTogether):
+    """Accelerated steps with one stiffness; a context manager that frees its factors.
+
+    PETSc options take the prefix `nnm_static_`.
+
+    Attributes:
+        steps: Number of steps so far.
+    """
+
+    def __init__(
+        self, stiffness: PETSc.Mat, residual: LoadedResidual, comm: MPI.Comm, memory: float | None
+    ) -> None:
+        """Prepare for a body.
+
+        Args:
+            stiffness: Of the unloaded body.
+            residual: Its residual, whose displacement moves.
+            comm: Ranks.
+            memory: Memory in bytes that a rank may take for factors; no limit if None.
+        """
+        super().__init__(comm)
+        self._residual, self._comm, self._memory = residual, comm, memory
+        self._ksp = PETSc.KSP().create(stiffness.comm)
+        self._ksp.setOptionsPrefix("nnm_static_")
+        self._ksp.setOperators(stiffness)
+        use_fastest(self._ksp, memory, (ROOT_ALONE,))
+        self.steps = 0
+
+    def release(self) -> None:
+        """Free the factorisation."""
+        self._ksp.destroy()
+
+    def found(self) -> bool:
+        """Whether steps lead to a state of all loads that is stable; its tangent is assembled.
+
+        Raises:
+            OutOfMemoryError: if there is too little memory for the factors.
+        """
+        self._residual.apply(1.0)
+        try:
+            with limited_memory(self._ksp, self._memory):
+                factorise(self._ksp)
+            if negative_pivots(self._ksp) or not self._converged():
+                return False
+            return least_ratio(self._residual.assemble(), self._ksp, _FIRM) > _SOFT
+        except OutOfMemoryError:
+            raise
+        except ConvergenceError:
+            return False
+
+    def _converged(self) -> bool:
+        """Whether accelerated steps converge.
+
+        Raises:
+            ConvergenceError: if a step is not to be had.
+        """
+        residual, faster = self._residual, Anderson(self._comm)
+        first, least, since = 0.0, np.inf, 0
+        for _ in range(_MOST_STEPS):
+            self.steps += 1
+            change, before = self._step(), residual.owned.copy()
+            moved, whole = residual.norm(change), residual.norm(before)
+            first = first or moved
+            if not moved <= _FARTHER * first or whole > _FARTHER * first:
+                return False
+            least, since = (moved, 0) if moved < least else (least, since + 1)
+            residual.move(faster.following(before, change))
+            if moved <= _ACCURACY * whole or since == _PATIENCE:
+                return least <= _ROUND_OFF * whole
+        return False
+
+    def _step(self) -> Array:
+        """The next change of the displacement in m, without acceleration, shape (n_owned,)."""
+        return solved(self._ksp, -self._residual.value()[:, None])[:, 0]

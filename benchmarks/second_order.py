@@ -7,7 +7,8 @@ With --size the linear part of the study of demos/rotor37/engine.toml is made on
 element size, with 40 modes and six masters (21 modal derivatives and the tensors): CPU seconds of
 the static state, of the modes (SLEPc) and of second order, and the first and the last over modes.
 With --branches its branch is followed with linear and with second-order kinematics, one master, on
-the 6 mm mesh: CPU seconds a point of harmonic balance and of the check in time, and their ratios.
+the 6 mm mesh, in turn and several times: least CPU seconds a point of harmonic balance and of the
+check in time, and the median of the ratios of all pairs, from the least to the largest.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import argparse
 import cProfile
 import pstats
+import statistics
 import tempfile
 import time
 from collections.abc import Sequence
@@ -40,6 +42,9 @@ STUDY = ROOT / "demos/rotor37/engine.toml"
 
 #: Modes J, harmonics N, samples m of the branches.
 CASES = ((40, 10, 128), (40, 20, 256), (20, 10, 128), (20, 20, 256))
+
+#: Kinematics and stages that are compared.
+KINEMATICS, STAGES = ("linear", "second-order"), ("balance", "check")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +74,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--size", type=float, help="element size in m")
     parser.add_argument("--branches", action="store_true")
+    parser.add_argument("--pairs", type=int, default=5, help="how often each branch is followed")
     parser.add_argument("--only", type=int, help="number of the case of the branches, from 0")
     parser.add_argument("--profile", action="store_true", help="tell where time is spent, too")
     arguments = parser.parse_args()
@@ -79,7 +85,7 @@ def main() -> None:
         print(linear_part(arguments.size), flush=True)
     if arguments.branches:
         cases = CASES if arguments.only is None else CASES[arguments.only :][:1]
-        branches(cases)
+        branches(cases, arguments.pairs)
     profiler.disable()
     if arguments.profile:
         pstats.Stats(profiler).strip_dirs().sort_stats("tottime").print_stats(30)
@@ -98,19 +104,23 @@ def linear_part(size: float) -> str:
     )
 
 
-def branches(cases: Sequence[tuple[int, int, int]]) -> None:
-    """Rows of branches."""
+def branches(cases: Sequence[tuple[int, int, int]], pairs: int) -> None:
+    """Rows of branches, each followed so many times with either kinematics, in turn."""
     for modes, harmonics, samples in cases:
-        spent = {}
-        for kinematics in ("linear", "second-order"):
-            study = study_of(0.006, modes, kinematics, (1,))
-            ready = prepared(study, linear_analysis(study, MPI.COMM_WORLD))
-            spent[kinematics] = followed(ready, HarmonicBalance(harmonics, samples))
-            row = f"| {modes} | {harmonics} | {samples} | {kinematics} | {spent[kinematics].row} |"
-            print(row, flush=True)
-        one, other = spent["linear"], spent["second-order"]
-        balance, check = other.balance / one.balance, other.check / one.check
-        print(f"ratios {balance:.2f} and {check:.2f}", flush=True)
+        studies = [study_of(0.006, modes, each, (1,)) for each in KINEMATICS]
+        ready = [prepared(each, linear_analysis(each, MPI.COMM_WORLD)) for each in studies]
+        balance = HarmonicBalance(harmonics, samples)
+        spent = [[followed(each, balance) for each in ready] for _ in range(pairs)]
+        for kinematics, each in zip(KINEMATICS, zip(*spent, strict=True), strict=True):
+            row = min(each, key=lambda one: one.balance).row
+            print(f"| {modes} | {harmonics} | {samples} | {kinematics} | {row} |")
+        found = [spread([getattr(b, n) / getattr(a, n) for a, b in spent]) for n in STAGES]
+        print(f"ratios {' and '.join(found)}", flush=True)
+
+
+def spread(ratios: Sequence[float]) -> str:
+    """Median of ratios, with the least and the largest."""
+    return f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
 
 
 def followed(ready: Prepared, balance: HarmonicBalance) -> Spent:

@@ -35,7 +35,7 @@ def guesses(
             yield _moved_along(level, levels[lower], beside, here, there)
         yield level.scaled(beside, gamma_ratio / neighbour.gamma_ratio)
     if here is not None:
-        yield Guess(level.adopted(levels[lower], here.q), here.omega, here.forces.force)
+        yield level.above(levels[lower], here)
 
 
 def _last_solved(below: Sequence[Solution | None]) -> tuple[int, Solution | None]:

@@ -21,7 +21,7 @@ from fenics_nnm.backbone.level_solver import (
 )
 from fenics_nnm.continuation.arc_length import Problem
 from fenics_nnm.mechanics.contact_law import Complementarity
-from fenics_nnm.mechanics.force import AddedForce
+from fenics_nnm.mechanics.force import AddedForce, SampledMotion
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
@@ -118,6 +118,18 @@ class Level:
     def adopted(self, other: Level, q: Array) -> Array:
         """Coefficients of this level from those of another one."""
         return self.restricted(other.extended(q))
+
+    def above(self, lower: Level, solution: Solution) -> Guess:
+        """A solution of a lower level, of whose masters the modes that it lacks follow statically.
+
+        They do so in the kinematics of that level, too (`SecondOrder.without_modes`).
+        """
+        q, model = self.adopted(lower, solution.q), self.equations.model
+        new = np.isin(self.modes, lower.modes, invert=True)
+        motion = SampledMotion(self.equations.series, q.copy(), solution.omega)
+        for force in model.kinematics.forces:
+            q[:, new] -= force.harmonics(motion)[:, new] / model.omega[new] ** 2
+        return Guess(q, solution.omega, solution.forces.force)
 
     def scaled(self, solution: Solution, factor: float) -> Guess:
         """A solution at another energy: the same shape at `factor` times gamma."""

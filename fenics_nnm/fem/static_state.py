@@ -113,7 +113,6 @@ class _Newton(HeldTogether):
         self._solid, self._residual, self._memory = solid, residual, memory
         self._ksp = PETSc.KSP().create(solid.stiffness.comm)
         self._ksp.setOptionsPrefix("nnm_static_")
-        use_mumps(self._ksp, (ROOT_ALONE,))
         self._steps = 0
 
     def release(self) -> None:
@@ -197,6 +196,7 @@ class _Newton(HeldTogether):
             OutOfMemoryError: if there is too little memory for its factors.
         """
         self._ksp.setOperators(stiffness)
+        use_mumps(self._ksp, (ROOT_ALONE,))
         try:
             with limited_memory(self._ksp, self._memory):
                 factorise(self._ksp)

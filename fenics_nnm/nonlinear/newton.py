@@ -47,6 +47,11 @@ class Newton:
 #: A shorter part of a step crawls.
 _CRAWL = 1 / 8
 
+#: Below this residual a full step that raises it is followed by so many further ones before it is
+#: shortened: it may have crossed a kink that the line search only crawls to (a watchdog; R. M.
+#: Chamberlain et al., Math. Program. Study 16 (1982) 1-17).
+_NEAR, _AHEAD = 1e-2, 2
+
 
 @dataclass(frozen=True, slots=True)
 class _Trial:
@@ -230,5 +235,21 @@ class _Iteration:
             if candidate.merit < (1 - 1e-4 * fraction) * trial.merit:
                 crawled = trial.crawled + 1 if fraction < _CRAWL else 0
                 return replace(candidate, crawled=crawled)
+            beyond = self.beyond(trial, candidate) if fraction == 1.0 else None
+            if beyond is not None:
+                return beyond
             fraction /= 2
+        return None
+
+    def beyond(self, trial: _Trial, leapt: _Trial) -> _Trial | None:
+        """A motion of half the merit that further full steps lead to from a full one, or None."""
+        if not self.options.leaps or trial.crawled or trial.merit > _NEAR:
+            return None
+        for _ in range(_AHEAD):
+            step = self.bounded_step(leapt)
+            if step is None:
+                return None
+            leapt = self.evaluated(leapt.at.moved(step, 1.0), leapt.forces)
+            if leapt.merit < trial.merit / 2:
+                return leapt
         return None

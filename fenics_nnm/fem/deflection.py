@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +17,7 @@ from fenics_nnm.fem.loaded_form import large_deflection, pressing
 from fenics_nnm.fem.point_deflection import PointDeflection
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.modal_derivatives import by_triples, pairwise
-from fenics_nnm.reduction.operators import Product
+from fenics_nnm.reduction.operators import Operators, Product
 
 #: Values of so many sets of masters are kept: those of the followed mode alone, and of all.
 _KEPT = 2
@@ -30,7 +31,7 @@ class BodyForces:
         self._solid = solid
         comm = solid.tagged.mesh.comm
         self._second, self._third = _Latest(self._pairs, comm), _Latest(self._all, comm)
-        self._bent: tuple[Array, Array] | None = None
+        self._bent, self._inertia = _OfSame(), _OfSame()
 
     def second(self, phi: Array) -> Array:
         """f''[phi_i, phi_j] in N of shapes (n_owned, k) by their pairs; on all ranks."""
@@ -40,21 +41,20 @@ class BodyForces:
         """phi_i . f'''[phi_j, phi_k, phi_l], shape (k, k, k, k); on all ranks."""
         return self._third(phi)
 
-    def remembering(self, static: Product) -> Product:
-        """Static displacements (n_owned, p), which are not made again for the forces of `second`.
+    def remembering(self, operators: Operators) -> Operators:
+        """Operators that make no static displacement again for the forces of `second`.
 
-        Contact points that are chosen anew leave them as they are.
+        Contact points that are chosen anew leave these and their inertia as they are.
 
         Args:
-            static: From columns of forces to static displacements; always of the same stiffness.
+            operators: Products of the body, always the same but for its contact points.
         """
-
-        def displacements(forces: Array) -> Array:
-            if self._bent is None or self._bent[0] is not forces:
-                self._bent = forces, static(forces)
-            return self._bent[1]
-
-        return displacements
+        static, mass = operators.static, operators.mass
+        return replace(
+            operators,
+            static=lambda forces: self._bent(forces, static),
+            mass=lambda columns: self._inertia(columns, mass),
+        )
 
     @cached_property
     def _forms(self) -> FormDeflection:
@@ -71,6 +71,19 @@ class BodyForces:
 
     def _inner(self, one: Array, other: Array) -> Array:
         return np.asarray(self._solid.tagged.mesh.comm.allreduce(one.T @ other))
+
+
+class _OfSame:
+    """A product whose latest value is kept for the very same columns."""
+
+    def __init__(self) -> None:
+        self._kept: tuple[Array, Array] | None = None
+
+    def __call__(self, columns: Array, function: Product) -> Array:
+        """Its value; to be called on all ranks."""
+        if self._kept is None or self._kept[0] is not columns:
+            self._kept = columns, function(columns)
+        return self._kept[1]
 
 
 class _Latest:

@@ -96,8 +96,10 @@ def modal_derivatives(
     shapes, pairs = reduction.shapes, Pairs.of(len(masters))
     phi, place = shapes[:, masters], pairs.place
     forces = deflection.second(phi)
-    theta = -operators.static(forces)
-    theta -= shapes @ operators.inner(shapes, operators.mass(theta))
+    raw = operators.static(forces)
+    inertia = operators.mass(raw)
+    theta = -raw
+    theta += shapes @ operators.inner(shapes, inertia)
     alpha = operators.inner(shapes, forces)[:, place] / 2
     size = _norm(operators.inner, phi) * _norm(operators.inner, forces)
     alpha[masters] = _of_potential("second", alpha[masters], size)
@@ -108,7 +110,7 @@ def modal_derivatives(
         Theta=operators.contact(theta)[:, place] + deflection.obstacle(phi),
         alpha=alpha,
         beta=cubic / 6 + symmetrised(operators.gram(theta, forces)[both]) / 2,
-        D=operators.gram(theta, operators.mass(theta))[both],
+        D=operators.gram(theta, -inertia)[both],  # what theta has not is M-orthogonal to it
     )
     return ModalDerivatives(order, theta)
 

@@ -111,8 +111,7 @@ def bent(body: Bendable, reduction: Reduction, masters: Indices, solver: ModalSo
     Raises:
         ModelError: if its internal force has no potential.
     """
-    operators = operators_of(body.solid, body.interface, solver)
-    operators = replace(operators, static=body.forces.remembering(solver.static))
+    operators = body.forces.remembering(operators_of(body.solid, body.interface, solver))
     return with_second_order(reduction, masters, operators, deflection_of(body))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.obstacle_curvature import obstacle_closing
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.modal_derivatives import ModalDerivatives, by_triples, modal_derivatives
+from fenics_nnm.reduction.operators import Operators
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.bending import deflection_of
 from fenics_nnm.structure.mesh_structure import MeshLinear, MeshStructure
@@ -120,14 +122,16 @@ def test_static_displacements_are_made_once_for_the_same_masters() -> None:
     phi = np.random.default_rng(7).normal(size=(solid.owned, 2))
     forces, made = BodyForces(solid), []
 
-    def static(columns: np.ndarray) -> np.ndarray:
-        made.append(columns)
-        return 2 * columns
+    def times(factor: float, columns: np.ndarray) -> np.ndarray:
+        made.append((factor, columns.shape[1]))
+        return factor * columns
 
     for shapes in (phi, phi.copy(), phi[:, :1], phi[:, :1]):
-        found = forces.remembering(lambda columns: static(columns))(forces.second(shapes))
-        assert found == pytest.approx(2 * forces.second(shapes), rel=1e-15)
-    assert [each.shape[1] for each in made] == [3, 1]
+        static, mass = (partial(times, factor) for factor in (2.0, 3.0))
+        kept = forces.remembering(Operators(mass, mass, static, mass, np.dot))
+        found = kept.mass(kept.static(forces.second(shapes)))
+        assert found == pytest.approx(6 * forces.second(shapes), rel=1e-15)
+    assert made == [(2.0, 3), (3.0, 3), (2.0, 1), (3.0, 1)]
 
 
 def test_a_bending_cantilever_draws_its_tip_in() -> None:

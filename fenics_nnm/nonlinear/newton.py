@@ -243,7 +243,8 @@ class _Iteration:
 
     def beyond(self, trial: _Trial, leapt: _Trial) -> _Trial | None:
         """A motion of half the merit that further full steps lead to from a full one, or None."""
-        if not self.options.leaps or trial.crawled or trial.merit > _NEAR:
+        far = trial.merit > _NEAR or leapt.merit > self.options.wildest_leap
+        if not self.options.leaps or trial.crawled or far:
             return None
         for _ in range(_AHEAD):
             step = self.bounded_step(leapt)

@@ -16,11 +16,18 @@ from fenics_nnm.backbone.follow import (
     FrequencyContinuation,
     follow,
 )
-from fenics_nnm.backbone.levels import HarmonicBalance
+from fenics_nnm.backbone.levels import HarmonicBalance, levels
 from fenics_nnm.backbone.outlook import outlook
 from fenics_nnm.backbone.point import VERIFIED, BranchPoint
+from fenics_nnm.mechanics.contact_law import Complementarity
+from fenics_nnm.mechanics.fourier import CosineSeries
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.second_order import SecondOrder
+from fenics_nnm.nonlinear.conditions import FixedEnergy
+from fenics_nnm.nonlinear.equations import harmonic_equations
+from fenics_nnm.nonlinear.newton import Newton, solve
+from fenics_nnm.nonlinear.solution import evaluated
+from fenics_nnm.nonlinear.unknowns import Unknowns
 
 OMEGA, PHI, THETA, ALPHA, BETA, D, R, GAP = 2.0, 1.5, -0.8, -0.3, 0.9, 0.7, 0.05, 0.5
 RECORD = SecondOrder([0], [[[THETA]]], [[[ALPHA]]], [[[[BETA]]]], [[[[D]]]])
@@ -113,3 +120,32 @@ def test_branches_over_frequency_and_by_arc_length_pass_the_same_motions() -> No
     assert len(by_length.points) > 1, by_length.reason
     for point in (*by_frequency.points, *by_length.points):
         assert_exact(point, rel=5e-5)
+
+
+def test_newton_looks_beyond_a_kink_before_it_shortens_steps() -> None:
+    """From half the harmonics: the same motion in fewer steps than a line search alone takes."""
+    model = ReducedModel([OMEGA], [[PHI]], [[R / 10]], [GAP], kinematics=RECORD)
+    law = Complementarity(model.R, model.gap)
+    coarse, fine = (harmonic_equations(model, CosineSeries(N, 256), law) for N in (10, 20))
+    condition = FixedEnergy((OMEGA * 0.46) ** 2 / 4)
+    first = np.zeros(coarse.shape)
+    first[1] = 0.46
+    below = solve(coarse, condition, Unknowns.of(first, OMEGA))
+    guess = Unknowns.of(fine.series.fitted(below.q), below.omega)
+    alone, found = (solve(fine, condition, guess, options=Newton(leaps=n)) for n in (0, 5))
+    assert alone.converged and found.converged
+    assert found.omega == pytest.approx(alone.omega, rel=1e-9)
+    assert found.iterations < alone.iterations
+
+
+def test_modes_that_a_level_lacks_follow_to_the_next_one() -> None:
+    """q_1 = -alpha q_0^2 / omega_1^2: with q_0 = A cos, half of A^2 each in harmonics 0 and 2."""
+    order = SecondOrder([0], [[[0.0]]], [[[0.0]], [[0.4]]], np.zeros((1,) * 4), np.zeros((1,) * 4))
+    model = ReducedModel([1.0, 7.0], [[1.0, 0.5]], [[R]], [9.0], kinematics=order)
+    lower, upper = levels(model, HarmonicBalance(4, 64), mode=0)[:2]
+    q = np.zeros(lower.equations.shape)
+    q[1, 0] = 0.3
+    found = upper.above(lower, evaluated(lower.equations, Unknowns.of(q, 1.0)))
+    wanted = np.zeros(upper.equations.shape)
+    wanted[1, 0], wanted[[0, 2], 1] = 0.3, -0.4 * 0.3**2 / 2 / 49
+    assert found.q == pytest.approx(wanted, abs=1e-15)

@@ -15,7 +15,13 @@ import pytest
 from petsc4py import PETSc
 
 from fenics_nnm.errors import ConvergenceError
-from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
+from fenics_nnm.fem.factorisation import (
+    factorise,
+    limited_memory,
+    negative_pivots,
+    use_fastest,
+    use_mumps,
+)
 from fenics_nnm.processes import environment_of_child
 
 PREFIX = "test_factorisation_"
@@ -113,6 +119,47 @@ def test_other_solver_of_the_user_is_taken() -> None:
         ksp = solver(grid())
         factorise(ksp)
     assert (ksp.getType(), ksp.getPC().getType()) == ("cg", "jacobi")
+
+
+def fastest(matrix: PETSc.Mat, memory: float | None = None) -> PETSc.KSP:
+    ksp = PETSc.KSP().create(matrix.comm)
+    ksp.setOptionsPrefix(PREFIX)
+    ksp.setOperators(matrix)
+    use_fastest(ksp, memory, ())
+    return ksp
+
+
+def test_fastest_factors_of_a_positive_definite_matrix() -> None:
+    matrix = grid()
+    ksp = fastest(matrix)
+    factorise(ksp)
+    right, left = matrix.createVecs()
+    right.array[:] = np.sin(np.arange(SIDE**2))
+    ksp.solve(right, left)
+    assert (right - matrix * left).norm() < 1e-12 * right.norm()
+    assert negative_pivots(ksp) == 0
+    assert fastest(matrix, 2.0**10).getPC().getFactorSolverType() == "mumps"  # which keeps to it
+    with option("pc_factor_mat_solver_type", "petsc"):
+        assert fastest(matrix).getPC().getFactorSolverType() == "petsc"
+
+
+def test_fastest_factors_are_those_of_positive_definite_matrices() -> None:
+    """CHOLMOD refuses others, MUMPS counts: the Laplacian of the grid has one eigenvalue below 0.1.
+
+    Its lowest ones are 8 sin^2(pi / 42) = 0.045 and 0.111.
+    """
+    matrix = grid()
+    matrix.shift(-0.1)
+    ksp = fastest(matrix)
+    try:
+        factorise(ksp)
+    except ConvergenceError as error:
+        assert "PETSc error" in str(error)
+    else:
+        assert negative_pivots(ksp) == 1
+    counting = solver(matrix)
+    factorise(counting)
+    assert negative_pivots(counting) == 1
 
 
 SETTINGS = """

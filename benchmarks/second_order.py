@@ -33,6 +33,7 @@ from mpi4py import MPI
 
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.files.cache import turn_off
 from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.structure.prepared import Prepared, prepared
 from fenics_nnm.study import Study, read_study
@@ -78,6 +79,7 @@ def main() -> None:
     parser.add_argument("--only", type=int, help="number of the case of the branches, from 0")
     parser.add_argument("--profile", action="store_true", help="tell where time is spent, too")
     arguments = parser.parse_args()
+    turn_off()  # what was kept costs nothing
     profiler = cProfile.Profile(time.process_time)
     if arguments.profile:
         profiler.enable()

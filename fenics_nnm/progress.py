@@ -12,7 +12,7 @@ from threading import Event, Thread
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from fenics_nnm.stages import Stages
+from fenics_nnm.stages import NEARLY, Stages
 
 #: Seconds between two lines about a stage, and between two looks at the clock.
 _PATIENCE, _PAUSE = 30.0, 1.0
@@ -110,6 +110,8 @@ def _far(done: float, spent: float) -> str:
     """How far a stage is after some seconds; of some stages no part is known."""
     if not done:
         return f"not done after {duration(spent)}"
+    if done >= NEARLY:
+        return f"found after {duration(spent)}, and checked now"
     return f"{done:.0%} after {duration(spent)}, about {duration(spent * (1 - done) / done)} left"
 
 

@@ -13,6 +13,9 @@ logger = logging.getLogger(__name__)
 #: Called with the name of a stage and the part of it that is done, from 0 to 1.
 Listener = Callable[[str, float], None]
 
+#: Most of a stage that is done before its end: checks of what was found may take long.
+NEARLY = 0.99
+
 
 @dataclass(slots=True)
 class Stages:
@@ -44,5 +47,5 @@ class Stages:
         logger.info("%s: %.2f s", name, spent)
 
     def report(self, done: float) -> None:
-        """Report to the listener which part of the present stage is done."""
-        self.listener(self._current, done)
+        """Report to the listener which part of the present stage is done; all of it at its end."""
+        self.listener(self._current, min(done, NEARLY))

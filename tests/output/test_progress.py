@@ -10,6 +10,7 @@ import pytest
 from rich.console import Console
 
 from fenics_nnm.progress import WHAT, Lines, duration, progress
+from fenics_nnm.stages import Stages
 from fenics_nnm.structure.expected_time import Costs, expectation
 
 
@@ -48,6 +49,21 @@ def test_a_stage_that_reports_nothing_is_told_of_every_half_minute() -> None:
     now[0] = 200
     lines.tick()
     assert told == [f"mesh ({WHAT['mesh']}): not done after {n} s" for n in (31, 62)]
+
+
+def test_a_stage_that_checks_what_it_found_is_told_of_until_its_end() -> None:
+    told: list[str] = []
+    now = [0.0]
+    lines = Lines(told.append, clock=lambda: now[0])
+    stages = Stages(lines.hear)
+    with stages.stage("backbone"):
+        now[0] = 20
+        stages.report(1.0)
+        now[0] = 40
+        lines.tick()
+    now[0] = 100
+    lines.tick()
+    assert told == [f"backbone ({WHAT['backbone']}): found after 40 s, and checked now"]
 
 
 def test_the_clock_goes_on_beside_the_work(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ import pytest
 from conftest import BEAM, toml
 
 from fenics_nnm.cli import main
+from fenics_nnm.output.pictures.animation import _size
 from fenics_nnm.output.pictures.body import view_of
 from fenics_nnm.output.pictures.linear_shapes import plan_linear
 from fenics_nnm.output.pictures.obstacle import obstacle_layers
@@ -48,6 +49,14 @@ def test_the_obstacle_is_where_the_gap_ends(beam: Results, factor: float) -> Non
     widths = [np.ptp(low_and_high(each), axis=0)[1] for each in (end, sheet.nodes)]
     assert widths[0] == pytest.approx(widths[1])
     assert np.ptp(sheet.nodes[:, 2]) > 0.1  # wide enough to be seen
+
+
+def test_frames_of_slender_bodies_have_no_empty_side() -> None:
+    for slenderness in (0.4, 1.0, 2.0, 5.0):
+        height, width = _size(slenderness)
+        panel = (height - 0.7) / slenderness
+        assert width <= max(panel + 1.2, 3.2) + 1e-12
+        assert 3.2 <= width <= 4.6 and height < 6
 
 
 def test_linear_modes_are_drawn_with_their_frequencies(beam: Results) -> None:

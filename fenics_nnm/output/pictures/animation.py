@@ -33,6 +33,9 @@ FRAMES = 30
 #: Width of a frame in inches, its dots per inch, and most height over width.
 _WIDTH, _DPI, _SLENDEREST = 4.6, 110, 1.3
 
+#: Least width of a frame in inches: the title and the legend have room.
+_NARROWEST = 3.2
+
 #: Longer side of the drawn scene in pixels.
 _PIXELS = 480
 
@@ -104,6 +107,12 @@ def _title(point: BranchPoint) -> str:
     return f"gamma ratio {point.gamma_ratio:.4g}, {point.motion.frequency:.5g} Hz"
 
 
+def _size(slenderness: float) -> tuple[float, float]:
+    """Height and width in inches of a frame that fits a panel of a height over its width."""
+    panel = min(_SLENDEREST, slenderness) * _WIDTH * 0.8
+    return panel + 0.7, float(np.clip(panel / slenderness + 1.2, _NARROWEST, _WIDTH))
+
+
 def _frames(
     images: Sequence[Image],
     camera: Camera,
@@ -113,8 +122,7 @@ def _frames(
     title: str,
 ) -> list[Image]:
     """Drawn scenes with a scale of colours and the time."""
-    height = min(_SLENDEREST, height_over_width(camera)) * _WIDTH * 0.8 + 0.7
-    figure = new_figure(height, _WIDTH)
+    figure = new_figure(*_size(height_over_width(camera)))
     axes = figure.subplots()
     show(axes, images[0], camera)
     label_bar(figure.colorbar(bar, ax=axes, shrink=0.85), label)

@@ -63,7 +63,7 @@ def contact_order(results: Results) -> Ordered:
     body, count = results.body, results.model.points
     if body is None:
         places = np.arange(1.0, count + 1)
-        words, label_of = "in the order of the matrices", "contact point  (1)"
+        words, label_of = "in the order of the matrices", "point  (1)"
         return Ordered(np.arange(count), places, (), words, label_of, factor=1.0)
     return ordered(body.contact_points, body.contact_patches)
 

@@ -90,7 +90,7 @@ class Ordered:
     along: Array
     breaks: tuple[int, ...]
     words: str
-    label: str = "place along the patch  (mm)"
+    label: str = "place  (mm)"
     factor: float = 1e3
 
     @property

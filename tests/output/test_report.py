@@ -26,6 +26,7 @@ from fenics_nnm.errors import OutputError
 from fenics_nnm.output.campbell_report import write_campbell
 from fenics_nnm.output.html_report.campbell import campbell
 from fenics_nnm.output.html_report.headlines import headlines, next_steps
+from fenics_nnm.output.html_report.live_curve import live_curve
 from fenics_nnm.output.html_report.words import aligned, length, plain, sentences, signed
 from fenics_nnm.output.picture import Picture
 from fenics_nnm.output.pictures.results import Results, read_results
@@ -231,6 +232,15 @@ def test_the_pointer_finds_the_numbers_of_each_point(plate: Path, page: Element)
     assert all(0 < x < width and 0 < y < height for x, y in places)
     across = [x for x, _ in places]
     assert across == sorted(across)  # energies ascend
+
+
+def test_engine_orders_are_lines_of_the_curve(plate: Path) -> None:
+    results = read_results(plate)
+    highest = max(point.motion.frequency for point in results.points)
+    turning = f"{results.header.study}\n[rotation]\naxis = 'z'\nrpm = {30 * 1.02 * highest}\n"
+    drawing = live_curve(replace(results, header=replace(results.header, study=turning)))
+    assert "engine order 2" in drawing
+    assert "engine order" not in live_curve(results)
 
 
 def test_headlines_are_those_of_points_to_be_trusted(plate: Path) -> None:

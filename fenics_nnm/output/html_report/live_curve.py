@@ -87,7 +87,8 @@ def live_curve(results: Results) -> Html:
     energy = np.array([point.motion.energy for point in points])
     hertz = np.array([point.motion.frequency for point in points])
     orders = orders_near(results.header.values, hertz)
-    across, up = _across(energy), _up(np.array([*hertz, results.linear_frequency]))
+    levels = [results.linear_frequency, *(order.frequency for order in orders)]
+    across, up = _across(energy), _up(np.array([*hertz, *levels]))
     drawn = [
         *_axes(across, up),
         _level(across, up, results.linear_frequency, "linear mode", "linear"),

@@ -1,15 +1,16 @@
 r"""Damped nonlinear modes: motions in phase resonance, gamma ratio by gamma ratio, exact in time.
 
 Without damping a hard contact has many motions at one energy, and which of them is found depends on
-the numbers of modes and harmonics. With all other modes heavily damped there is one; it is followed
-from the linear mode up in energy, and from there, at each gamma ratio that is wanted, down to the
-real damping (homotopy). With the real ratio zeta_j of a mode and the heavy one Z that of the way is
+the numbers of modes and harmonics. With all other modes heavily damped the motion changes smoothly
+with the energy; it is followed from the linear mode up, and from there, at each gamma ratio that is
+wanted, down to the real damping (homotopy). With the real ratio zeta_j of a mode and the heavy one
+Z that of the way is
 
     zeta_j(s) = max(zeta_j^(1 - s) Z^s, zeta_j),      s = 1 .. 0,
 
-that of the followed mode is as it is throughout. Where the way ends before s = 0, because the
-motion turns back in s, the motion is looked for from that at the gamma ratio before, with the real
-damping. The force is that of `time_domain.resonant_map`.
+that of the followed mode is as it is throughout. Where the way ends before s = 0, the
+motion is looked for from that at the gamma ratio before, with the real damping. The force is that
+of `time_domain.resonant_map`.
 """
 
 from __future__ import annotations

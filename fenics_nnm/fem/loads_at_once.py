@@ -44,7 +44,11 @@ class LoadsAtOnce(HeldTogether):
     """
 
     def __init__(
-        self, stiffness: PETSc.Mat, residual: LoadedResidual, comm: MPI.Intracomm, memory: float | None
+        self,
+        stiffness: PETSc.Mat,
+        residual: LoadedResidual,
+        comm: MPI.Intracomm,
+        memory: float | None,
     ) -> None:
         """Prepare for a body.
 

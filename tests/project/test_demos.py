@@ -39,8 +39,13 @@ def table(folder: Path) -> dict[str, np.ndarray]:
         "reason",
         "confirmed",
         "family",
+        "damped",
+        "beyond",
     )
-    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0] if key not in texts}
+    numbers = [
+        key for key in rows[0] if key not in texts and not key.endswith(("_place_m", "_kind"))
+    ]
+    return {key: np.array([float(row[key] or "nan") for row in rows]) for key in numbers}
 
 
 def statuses(folder: Path) -> np.ndarray:

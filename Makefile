@@ -118,6 +118,7 @@ verify-studies:
 	$(STUDY) tests/bending_in_time.py
 	$(STUDY) tests/two_ranks.py
 	$(STUDY) demos/six_geometries.py
+	$(STUDY) demos/step/damped.py
 	$(STUDY) demos/rotor37/mesh_study.py
 	$(STUDY) demos/rotor37/reduction_study.py
 	$(STUDY) demos/rotor37/certificate.py

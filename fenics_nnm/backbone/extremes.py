@@ -10,6 +10,9 @@ from fenics_nnm.arrays import Array
 
 _NAN = float("nan")
 
+#: A coordinate below this part of the largest one is zero.
+_ROUND_OFF = 1e-12
+
 #: Where stress grows without bound as a mesh gets finer; nothing elsewhere.
 REGULAR, CORNER, CLAMP_EDGE, CONTACT = "", "corner", "clamp edge", "contact"
 KINDS = (REGULAR, CORNER, CLAMP_EDGE, CONTACT)
@@ -37,7 +40,10 @@ class Spot:
     @property
     def at(self) -> str:
         """Its place in m as a text of three numbers; empty where it is not known."""
-        return "" if np.isnan(self.place[0]) else " ".join(f"{x:.6g}" for x in self.place)
+        if np.isnan(self.place[0]):
+            return ""
+        least = _ROUND_OFF * max(map(abs, self.place))
+        return " ".join(f"{x if abs(x) > least else 0.0:.6g}" for x in self.place)
 
 
 #: Where there is none.

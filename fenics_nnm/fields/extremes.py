@@ -18,7 +18,7 @@ from fenics_nnm.fields.body import FieldBody, field_body
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.invariants import von_mises
 from fenics_nnm.fields.kept_bases import KeptBases
-from fenics_nnm.fields.largest import Largest, Nodes
+from fenics_nnm.fields.largest import Largest, Nodes, first_of_largest
 from fenics_nnm.fields.parts import NODES_OF_PART, compact_parts
 from fenics_nnm.fields.peak import largest_tension
 from fenics_nnm.fields.screening import (
@@ -175,7 +175,7 @@ class ExtremesOf:
             return np.sqrt(np.einsum("tni,tni->tn", field, field).max(axis=0))
 
         found, values = with_largest(lengths.bound(amounts), exact, 1)
-        at = int(np.argmax(values))
+        at = first_of_largest(values, found)
         x, y, z = (float(each) for each in self.branch.nodes[found[at]])
         patches = [exact(each).max() if len(each) else np.nan for each in self.patches]
         return Spot(float(values[at]), int(found[at]), (x, y, z)), np.array(patches)

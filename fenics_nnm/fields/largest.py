@@ -15,6 +15,9 @@ from fenics_nnm.fields.screening import with_largest
 #: The quantile beside the largest value.
 _QUANTILE = 0.999
 
+#: Values that differ by less than this part are equal.
+_SAME = 1e-9
+
 
 @dataclass(frozen=True, slots=True)
 class Nodes:
@@ -79,7 +82,7 @@ class Largest:
             exact: Values at some of them.
         """
         found, values = with_largest(bound, exact, self._kept)
-        at = int(np.argmax(values))
+        at = first_of_largest(values, nodes.numbers[found])
         spot = nodes.spot(found[at], float(values[at]))
         if _above(spot, self._anywhere):
             self._anywhere, self._kind = spot, int(nodes.kinds[found[at]])
@@ -93,7 +96,7 @@ class Largest:
         if not len(chosen):
             return
         found, values = with_largest(bound[chosen], lambda few: exact(chosen[few]), 1)
-        at = int(np.argmax(values))
+        at = first_of_largest(values, nodes.numbers[chosen[found]])
         spot = nodes.spot(chosen[found[at]], float(values[at]))
         if _above(spot, self._away):
             self._away = spot
@@ -104,8 +107,17 @@ class Largest:
         return self.total - floor(_QUANTILE * (self.total - 1))
 
 
+def first_of_largest(values: Array, numbers: Indices) -> int:
+    """Place of the largest value; of those that are equal but for round-off that of the lowest node.
+
+    So what is symmetric has its largest value at the same node on any number of ranks.
+    """
+    equal = np.flatnonzero(values >= (1 - _SAME) * values.max())
+    return int(equal[np.argmin(numbers[equal])])
+
+
 def _above(one: Spot, other: Spot) -> bool:
     """Whether a value is above another; of equal ones that of the lower node stays."""
-    if not other.known or one.value > other.value:
+    if not other.known or one.value * (1 - _SAME) > other.value:
         return True
-    return one.value == other.value and one.node < other.node
+    return one.value >= (1 - _SAME) * other.value and one.node < other.node

@@ -79,7 +79,7 @@ def test_two_ranks_write_the_shapes_of_one(
     ended = on_ranks(2, script, "run", study, "--output", "two", folder=tmp_path)
     assert ended.code == 0, ended.err
     # six modes and three residual shapes, and the modes of a file of their own: two at once
-    assert ended.out == f"[{2 * OF_SHAPE}, 0]\n"
+    assert ended.out.splitlines()[-1] == f"[{2 * OF_SHAPE}, 0]"
     with h5py.File(tmp_path / "one/branch.h5") as one, h5py.File(tmp_path / "two/branch.h5") as two:
         for name in ("mesh/cells", "mesh/region", "material/row", "contact/facets"):
             assert np.array_equal(one[name][:], two[name][:]), name

@@ -108,7 +108,7 @@ class Largest:
 
 
 def first_of_largest(values: Array, numbers: Indices) -> int:
-    """Place of the largest value; of those that are equal but for round-off that of the lowest node.
+    """Place of the largest value; of those equal but for round-off that of the lowest node.
 
     So what is symmetric has its largest value at the same node on any number of ranks.
     """

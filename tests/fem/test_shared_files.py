@@ -32,7 +32,7 @@ from mpi4py import MPI
 import fenics_nnm.fields.files as files
 from fenics_nnm.cli import main
 
-files._NODES_OF_PART = {nodes}
+files.NODES_OF_PART = {nodes}
 done, kept = 0, files.MotionFiles.keep_stresses
 
 def keep(self, part, motions):
@@ -113,7 +113,7 @@ def test_no_more_than_a_part_has_stresses_at_once(
         sizes.append(basis.stresses.nbytes)
         return basis
 
-    monkeypatch.setattr(fenics_nnm.fields.files, "_NODES_OF_PART", 40)
+    monkeypatch.setattr(fenics_nnm.fields.files, "NODES_OF_PART", 40)
     monkeypatch.setattr(fenics_nnm.fields.motion, "stress_basis", noted)
     assert command("export", "out", "--gamma", "1.1").code == 0
     branch = read_stored_branch(Path("out/branch.h5"))

@@ -134,7 +134,9 @@ def _ticking(lines: Lines) -> Iterator[None]:
 
 
 def duration(seconds: float) -> str:
-    """Seconds or minutes, in words and round numbers."""
+    """Seconds, half minutes up to ten, or minutes, in words."""
     if seconds < 90:
         return f"{max(1.0, seconds):.0f} s"
+    if seconds < 600:
+        return f"{round(seconds / 30) / 2:g} min"
     return f"{seconds / 60:.0f} min"

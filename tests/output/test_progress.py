@@ -31,7 +31,7 @@ def test_a_long_stage_tells_how_far_it_is_and_a_short_one_nothing() -> None:
         now[0] = at
         lines.hear(name, done)
     assert told == [
-        f"backbone ({WHAT['backbone']}): 25% after 30 s, about 2 min left",
+        f"backbone ({WHAT['backbone']}): 25% after 30 s, about 1.5 min left",
         f"backbone ({WHAT['backbone']}): 50% after 2 min, about 2 min left",
     ]
 
@@ -42,13 +42,14 @@ def test_a_stage_that_reports_nothing_is_told_of_every_half_minute() -> None:
     lines = Lines(told.append, clock=lambda: now[0])
     lines.tick()  # before the first stage
     lines.hear("mesh", 0.0)
-    for at in (10, 31, 50, 62):
+    for at in (10, 31, 50, 62, 93, 123):
         now[0] = at
         lines.tick()
     lines.hear("mesh", 1.0)
     now[0] = 200
     lines.tick()
-    assert told == [f"mesh ({WHAT['mesh']}): not done after {n} s" for n in (31, 62)]
+    spent = ("31 s", "62 s", "1.5 min", "2 min")
+    assert told == [f"mesh ({WHAT['mesh']}): not done after {time}" for time in spent]
 
 
 def test_a_stage_that_checks_what_it_found_is_told_of_until_its_end() -> None:
@@ -110,4 +111,5 @@ def test_costs_are_measured_with_a_few_columns() -> None:
 
 
 def test_durations_are_round() -> None:
-    assert [duration(seconds) for seconds in (0.2, 40, 200)] == ["1 s", "40 s", "3 min"]
+    assert [duration(seconds) for seconds in (0.2, 40, 200)] == ["1 s", "40 s", "3.5 min"]
+    assert [duration(seconds) for seconds in (90, 125, 640)] == ["1.5 min", "2 min", "11 min"]

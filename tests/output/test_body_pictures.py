@@ -14,10 +14,11 @@ from fenics_nnm.casing import Cone, Frame, LobedRadius, Plane, RadialSurface, Re
 from fenics_nnm.fem.mesh_groups import gathered_groups
 from fenics_nnm.output.pictures.body import factor_for, plan_mesh
 from fenics_nnm.output.pictures.casing_sheet import casing_layers
-from fenics_nnm.output.pictures.groups import seen_areas
+from fenics_nnm.output.pictures.groups import seen_areas, unhidden
 from fenics_nnm.output.pictures.panels import round_below
 from fenics_nnm.output.pictures.renderer import render
 from fenics_nnm.output.pictures.scene import PLANE, Arrows, Balls, Camera, Faces, Lines, Scene, View
+from fenics_nnm.output.pictures.sight import Sight
 from fenics_nnm.output.pictures.skin import best_view, skin_around
 from fenics_nnm.results.stored_branch import read_stored_branch
 from fenics_nnm.structure.mesh_structure import MeshStructure
@@ -201,6 +202,21 @@ def test_areas_of_groups_as_they_are_seen() -> None:
     assert seen["right"] == pytest.approx(np.cos(np.pi / 6) * whole["right"])
     assert seen["top"] == pytest.approx(np.sin(np.pi / 6) * whole["top"])
     assert seen["left"] == seen["bottom"] == 0
+
+
+def test_what_another_part_of_the_body_hides_is_not_seen() -> None:
+    """Two squares that look upwards, the smaller one 1 m above the middle of the other."""
+    square = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
+    faces = np.stack([2 * square, square + np.array([0.0, 0.0, 1.0])])
+    places = np.array([[0.9, 0.3, 0.0], [1.1, 0.3, 0.0], [0.9, 0.3, 1.0]])
+    above, beside = PLANE.frame, View(elevation=30, azimuth=-90).frame
+    assert [Sight.of(faces, above).hides(place) for place in places] == [True, False, False]
+    # a line of sight through the upper square meets the lower one 1.732 m farther back
+    rows = np.array([[0.0, y, 0.0] for y in (0.7, 0.75, 1.9)])
+    assert [Sight.of(faces, beside).hides(place) for place in rows] == [False, True, True]
+    assert not Sight.of(np.empty((0, 3, 3)), above).hides(places[0])
+    seen = unhidden(Sight.of(faces, above), np.array([2.0, 2.0, 0.0]), places)
+    np.testing.assert_array_equal(seen, [0.0, 2.0, 0.0])
 
 
 def sheet(surface: Surface, points: np.ndarray, dim: int = 3) -> np.ndarray:

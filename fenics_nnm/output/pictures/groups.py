@@ -19,6 +19,7 @@ from fenics_nnm.output.pictures.casing_sheet import CASING_TINT, casing_layers
 from fenics_nnm.output.pictures.panels import height_over_width, legend_of, show
 from fenics_nnm.output.pictures.renderer import Image, RenderError, render
 from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer, Lines, Scene, View
+from fenics_nnm.output.pictures.sight import Sight
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
 from fenics_nnm.output.pictures.style import BLACK, OUTLINE, colours_of_parts, new_figure, unit_for
 from fenics_nnm.study.casing import AnyCasing
@@ -29,10 +30,11 @@ _ARROW = 0.09
 #: Longer side of a panel in pixels, its width in inches, and dots per inch of the file.
 _PIXELS, _WIDTH, _DOTS = 900, 4.6, 150
 
+#: So many facets of a group, spread evenly, tell what of it is hidden.
+_TRIED = 60
+
 Entry = tuple[str, str, str]
 """Kind, colour and name of an entry of the legend."""
-
-#: What a round casing is called, by where the body is.
 
 #: Names of groups stand so far apart, beside and above each other, in points, and in such boxes.
 _APART = np.array([60.0, 13.0])
@@ -114,19 +116,29 @@ def _compose(
         show(axes, image, camera)
     legend_of(figure, entries, columns=2 if len(views) == 1 else 4)
     figure.draw_without_rendering()
-    turned = {
-        name: [seen_areas(groups, corners, camera) for camera in cameras]
-        for name, corners in groups.facets.items()
-        if len(corners)
-    }
-    for number, (axes, camera) in enumerate(zip(panels, cameras, strict=True)):
-        places = {
-            name: _middle(groups.nodes[groups.facets[name]].mean(axis=1), each[number])
-            for name, each in turned.items()
-            if int(np.argmax([areas.sum() for areas in each])) == number
-        }
+    named = _named_places(groups, cameras)
+    for axes, camera, places in zip(panels, cameras, named, strict=True):
         _name(axes, camera, places)
     figure.savefig(path, dpi=_DOTS)
+
+
+def _named_places(groups: MeshGroups, cameras: Sequence[Camera]) -> list[dict[str, Array]]:
+    """Names and places of the groups in each view: each group where more of it is seen."""
+    found: list[dict[str, Array]] = [{} for _ in cameras]
+    faces = groups.nodes[groups.faces] if groups.dim == 3 else np.empty((0, 3, 3))
+    sights = [Sight.of(faces, camera.frame) for camera in cameras]
+    for name, corners in groups.facets.items():
+        if not len(corners):
+            continue
+        centres = groups.nodes[corners].mean(axis=1)
+        turned = [seen_areas(groups, corners, camera) for camera in cameras]
+        seen = [unhidden(*each, centres) for each in zip(sights, turned, strict=True)]
+        hidden = not any(areas.any() for areas in seen)
+        areas = turned if hidden else seen
+        number = int(np.argmax([each.sum() for each in areas]))
+        text = f"{name} (hidden)" if hidden else name
+        found[number][text] = _middle(centres, areas[number])
+    return found
 
 
 def _body(groups: MeshGroups, skin: Skin) -> list[Layer]:
@@ -238,6 +250,22 @@ def seen_areas(groups: MeshGroups, corners: Indices, camera: Camera) -> Array:
     normals = np.cross(places[:, 1] - places[:, 0], places[:, -1] - places[:, 0])
     whole = 2 if corners.shape[1] == 3 else 1  # of the triangle, of the parallelogram
     return np.asarray(np.maximum(normals @ camera.frame[2], 0) / whole)
+
+
+def unhidden(sight: Sight, areas: Array, centres: Array) -> Array:
+    """Areas of the facets that nothing hides, of some of them if there are many, shape (f,).
+
+    Args:
+        sight: The whole surface as it is seen.
+        areas: Of each facet as the viewer sees it, 0 if it is turned away.
+        centres: Of the facets, m, shape (f, 3).
+    """
+    (turned,) = np.nonzero(areas)
+    tried = turned[:: -(-len(turned) // _TRIED) or 1]
+    rows = [row for row in tried if not sight.hides(centres[row])]
+    found = np.zeros(len(areas))
+    found[rows] = areas[rows] * len(turned) / max(1, len(tried))
+    return found
 
 
 def _middle(centres: Array, areas: Array) -> Array:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.backbone.outlook import Outlook
+from fenics_nnm.backbone.resonance import Meeting
 from fenics_nnm.mechanics.rest import RestState
 from fenics_nnm.reduction.clusters import groups
 from fenics_nnm.structure.coriolis import Frequencies
@@ -143,6 +145,15 @@ def _first_event(rest: RestState, mode: int) -> tuple[str, str]:
     return event, _WHEN[event]
 
 
+def near_energy(meeting: Meeting, ahead: Outlook) -> str:
+    """Where a branch meets a mode, or which of its ends is the nearer."""
+    if np.isnan(meeting.gamma_ratio):
+        return "below first contact"
+    low, high = ahead.frequency_ratio.min(), ahead.frequency_ratio.max()
+    beyond = "" if low <= meeting.ratio <= high else "beyond "
+    return f"{beyond}{meeting.gamma_ratio:.3g}"
+
+
 def _resonances(prepared: Prepared) -> list[str]:
     """Where harmonics of the branch meet linear modes: internal resonances to expect."""
     mode = prepared.mode
@@ -157,12 +168,9 @@ def _resonances(prepared: Prepared) -> list[str]:
         " mode j   harmonic n   omega_j / (n omega)   at (Hz)        near gamma ratio",
     ]
     for meeting in sorted(by_harmonic, key=lambda meeting: meeting.ratio):
-        near = (
-            "below first contact" if np.isnan(meeting.gamma_ratio) else f"{meeting.gamma_ratio:.3g}"
-        )
         lines.append(
             f"{meeting.mode + 1:7d}   {meeting.harmonic:10d}   {meeting.ratio:19.4f}   "
-            f"{meeting.ratio * hertz:<12.6g}   {near}"
+            f"{meeting.ratio * hertz:<12.6g}   {near_energy(meeting, ahead)}"
         )
     more = len(ahead.meetings) - len(by_harmonic)
     return [*lines, f"and {more} more of higher harmonics"] if more else lines

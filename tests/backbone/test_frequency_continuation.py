@@ -17,11 +17,13 @@ from mpi4py import MPI
 from fenics_nnm.backbone.branch import Branch
 from fenics_nnm.backbone.follow import EnergyContinuation, FrequencyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
-from fenics_nnm.backbone.outlook import outlook
+from fenics_nnm.backbone.outlook import Outlook, outlook
+from fenics_nnm.backbone.resonance import Meeting, passing
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.nonlinear.augmented_lagrangian import MultiplierLoop
+from fenics_nnm.output.description import near_energy
 from fenics_nnm.output.html_report.words import warnings
 from fenics_nnm.output.pictures.backbone import frequency_plots
 from fenics_nnm.output.pictures.results import read_results
@@ -218,3 +220,11 @@ def test_outlook_in_check(study_file: StudyFile, command: Command) -> None:
     assert float(line.split()[2]) == pytest.approx(1.0, abs=1e-3)
     coarse = command("check", study_file()).out
     assert "no harmonic meets a mode on the way" in coarse
+
+
+def test_meetings_that_the_branch_does_not_come_to_are_beyond_its_end() -> None:
+    ahead = Outlook(np.array([1.0, 2.0]), np.array([1.0, 1.02]), ())
+    asked = (0.99, 1.01, 1.02, 1.03)
+    at = [passing(ratio, ahead.gamma_ratio, ahead.frequency_ratio) for ratio in asked]
+    found = [near_energy(Meeting(1, 2, *each), ahead) for each in zip(asked, at, strict=True)]
+    assert found == ["below first contact", "1.5", "2", "beyond 2"]

@@ -272,7 +272,7 @@ def _generate(cad: Cad, dim: int, folder: Path) -> None:
             code=Code.MESHING,
         ) from error
     if cad.order == 2:
-        mend(cad.path, dim, folder)
+        mend(cad.path, dim, folder, cad.length_unit)
 
 
 @contextmanager

@@ -31,7 +31,7 @@ _NAMED = 3
 Coordinates = tuple[float, ...]
 
 
-def mend(path: Path, dim: int, folder: Path) -> None:
+def mend(path: Path, dim: int, folder: Path, unit: str) -> None:
     """Optimise the curved elements, or straighten those that are bad.
 
     Where elements were straightened, a line that begins with "note: " is printed, which becomes a
@@ -41,6 +41,7 @@ def mend(path: Path, dim: int, folder: Path) -> None:
         path: The file, for messages.
         dim: Dimension of the body.
         folder: Private folder.
+        unit: Of the coordinates, for messages.
 
     Raises:
         MeshError: if the body would change by straight elements.
@@ -51,7 +52,7 @@ def mend(path: Path, dim: int, folder: Path) -> None:
         problem = "left elements folded"
         _put_back(before[0], before[1].reshape(-1, 3))
     if problem:
-        straighten(path, dim, problem)
+        straighten(path, dim, problem, unit)
 
 
 def _any_invalid(dim: int) -> bool:
@@ -63,7 +64,7 @@ def _put_back(tags: Indices, places: Array) -> None:
         gmsh.model.mesh.setNode(int(tag), place, [])
 
 
-def straighten(path: Path, dim: int, problem: str) -> None:
+def straighten(path: Path, dim: int, problem: str, unit: str) -> None:
     """Move the middle nodes of bad elements to where they are in straight ones.
 
     First those inside the body, then those on its surface too, and those on the edges of the
@@ -74,6 +75,7 @@ def straighten(path: Path, dim: int, problem: str) -> None:
         path: The file, for messages.
         dim: Dimension of the body.
         problem: Why gmsh's optimiser was of no use.
+        unit: Of the coordinates, for messages.
 
     Raises:
         MeshError: if that changes volume or area of the body by more than 0.1 %.
@@ -86,23 +88,23 @@ def straighten(path: Path, dim: int, problem: str) -> None:
     if change > _LARGEST_CHANGE:
         raise MeshError(
             f"mesh file {path}: {len(places)} curved elements are folded, or nearly so, at "
-            f"{_named(places)}: gmsh's optimiser {problem}, and straight ones would change the "
-            f"body by {change:.2g} of its size: must have a smaller element size (or curvature, "
-            "refine), or elements of order 1",
+            f"{_named(places, unit)}: gmsh's optimiser {problem}, and straight ones would change "
+            f"the body by {change:.2g} of its size: must have a smaller element size (or "
+            "curvature, refine), or elements of order 1",
             code=Code.CURVED_ELEMENTS,
         )
     _note(
         f"{len(places)} curved elements were folded, or nearly so, and are made straight (gmsh's "
-        f"optimiser {problem}), at {_named(places)}: smaller elements there (curvature, refine) "
-        "follow the surface"
+        f"optimiser {problem}), at {_named(places, unit)}: smaller elements there (curvature, "
+        "refine) follow the surface"
     )
 
 
-def _named(places: set[Coordinates]) -> str:
-    """The first of some places."""
-    first = sorted(places)[:_NAMED]
-    more = " ..." if len(places) > _NAMED else ""
-    return "; ".join(f"({', '.join(f'{x:.4g}' for x in at)})" for at in first) + more
+def _named(places: set[Coordinates], unit: str) -> str:
+    """The first of some places that differ in four digits."""
+    texts = list(dict.fromkeys(f"({', '.join(f'{x:.4g}' for x in at)})" for at in sorted(places)))
+    more = " ..." if len(texts) > _NAMED else ""
+    return f"{'; '.join(texts[:_NAMED])} {unit}{more}"
 
 
 def _size(dim: int) -> float:

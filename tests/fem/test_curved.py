@@ -91,6 +91,9 @@ def test_few_bad_elements_of_a_large_body_become_straight(tmp_path: Path) -> Non
     raw = meshed(tmp_path / "a.geo", 4, BLOCK, 300.0)
     (note,) = raw.notes
     assert note.startswith("31 curved elements were folded") and "crashed" in note
+    places = note.partition(" at (")[2].partition(") mm ...")[0].split("); (")
+    assert len(set(places)) == 3
+    assert all(np.hypot(*map(float, at.split(", ")[:2])) < 10 for at in places)
     volumes = corner_volumes(raw)
     assert volumes.min() > 0
     radii = np.linalg.norm(raw.points[raw.points[:, 0] < 20, :2], axis=1)

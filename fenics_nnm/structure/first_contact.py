@@ -7,6 +7,9 @@ from dataclasses import dataclass
 #: Energies of first contact that differ by more than this part are warned about.
 _APART = 0.01
 
+#: Those that differ by less are the same.
+_ROUND_OFF = 1e-9
+
 
 @dataclass(frozen=True, slots=True)
 class FirstContact:
@@ -30,9 +33,10 @@ class FirstContact:
     def excess(self) -> float:
         """By which part the energy of the contact points is above that of all vertices.
 
-        It is 0 where gaps are so small that energies underflow.
+        It is 0 where they differ by round-off, and where gaps are so small that energies underflow.
         """
-        return self.energy / self.over_all - 1 if self.over_all else 0.0
+        part = self.energy / self.over_all - 1 if self.over_all else 0.0
+        return part if abs(part) > _ROUND_OFF else 0.0
 
     @property
     def limited(self) -> bool:

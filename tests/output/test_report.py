@@ -30,6 +30,7 @@ from fenics_nnm.output.html_report.live_curve import live_curve
 from fenics_nnm.output.html_report.words import aligned, length, plain, sentences, signed
 from fenics_nnm.output.picture import Picture
 from fenics_nnm.output.pictures.results import Results, read_results
+from fenics_nnm.results.tables import COLUMNS
 from fenics_nnm.structure.campbell import AtSpeed
 
 #: A title that would do harm as HTML, as a template, and in a caption.
@@ -250,6 +251,9 @@ def test_headlines_are_those_of_points_to_be_trusted(plate: Path) -> None:
     highest = max(p.motion.frequency for p in results.trusted)
     (name,) = (name for name in told if name.startswith("Highest frequency"))
     assert told[name] == f"{highest:.6g} Hz"
+    largest = max(results.trusted, key=lambda p: p.motion.energy)
+    moved = 1e3 * float(COLUMNS["displacement_m"].printed(largest))
+    assert told[f"Largest motion ({largest.status})"].startswith(f"{moved:.4g} mm at ")
     *others, last = results.points
     jumped = replace(last, motion=replace(last.motion, frequency=1e6))
     failed = replace(jumped, verdict=Verdict(FAILED, "comes back elsewhere"))

@@ -148,6 +148,8 @@ def test_first_contact_that_depends_on_the_points_is_warned_about() -> None:
     warning = FirstContact(3, 9, 1.5, 1.0).warning
     assert "1.5 J at the 3 contact points, 50 % above the 1 J of all 9 vertices" in warning
     assert "all 9 vertices are contact points" in str(FirstContact(9, 9, 1.0, 1.0))
+    assert str(FirstContact(3, 9, 1.0 + 1e-15, 1.0)).endswith("contact points are 0 % above that")
+    assert str(FirstContact(3, 9, 1.0 + 2e-8, 1.0)).endswith("are 2e-06 % above that")
 
 
 def test_check_and_summary_tell_both_energies(

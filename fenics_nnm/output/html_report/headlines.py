@@ -24,15 +24,13 @@ def headlines(results: Results) -> list[tuple[str, str]]:
     points, trusted = results.points, results.trusted
     highest = max(trusted, key=lambda point: point.motion.frequency)
     largest = max(trusted, key=lambda point: point.motion.energy)
-    amplitude = amplitude_of(results)
-    moved = amplitude.values[points.index(largest)]
     verified = sum(point.status == VERIFIED for point in points)
     return [
         (f"Linear mode {results.header.mode}", f"{results.linear_frequency:.6g} Hz"),
         *_first_contact(results),
         (f"Highest frequency ({highest.status})", f"{highest.motion.frequency:.6g} Hz"),
-        ("Largest hardening", f"{signed(hardening(highest))} %"),
-        ("Largest motion", f"{moved:.4g} {amplitude.unit.name} at {_energy(largest)}"),
+        (f"Largest hardening ({highest.status})", f"{signed(hardening(highest))} %"),
+        (f"Largest motion ({largest.status})", f"{_moved(results, largest)} at {_energy(largest)}"),
         *_contact(largest),
         *_stress(largest),
         *_orders(results),
@@ -44,6 +42,15 @@ def _first_contact(results: Results) -> Iterator[tuple[str, str]]:
     energy = results.summary.get("grazing_energy_J")
     if energy:
         yield "First contact", f"{plain(energy)} J"
+
+
+def _moved(results: Results, point: BranchPoint) -> str:
+    """How far a motion goes, as the table of the points has it where that is known."""
+    amplitude = amplitude_of(results)
+    printed = COLUMNS["displacement_m"].printed(point)
+    shown = amplitude.values[results.points.index(point)]
+    moved = amplitude.unit.factor * float(printed) if printed else shown
+    return f"{moved:.4g} {amplitude.unit.name}"
 
 
 def _contact(point: BranchPoint) -> Iterator[tuple[str, str]]:

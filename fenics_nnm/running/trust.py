@@ -27,7 +27,7 @@ def warn_of_points(branch: Branch) -> None:
     by_status = {status: [p for p in branch.points if p.status == status] for status in STATUSES}
     if failed := by_status[FAILED]:
         logger.warning(
-            "%d of %d points failed the check in time: %s",
+            "%d of %d points failed: %s",
             len(failed),
             total,
             _first_reason(failed),

@@ -76,7 +76,7 @@ class PatchSection(Record):
     direction: Literal["normal", "radial", "casing"] | Vector = Field(
         "normal",
         description='towards the obstacle: "normal", "radial", "casing", '
-        "or a vector of finite numbers",
+        "or a vector of finite numbers, such as [0, 1, 0]",
     )
     axis: Literal["x", "y", "z"] | Vector | None = Field(
         None, description='axis of a radial direction: "x", "y", "z" or a vector of finite numbers'

@@ -95,9 +95,7 @@ def test_failed_points_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
         verdict=Verdict(FAILED, "misses its start by 75%"),
     )
     message = warned(caplog, POINT, worse)
-    assert "2 of 2 points failed the check in time: at gamma ratio 2 misses its start by 75%" in (
-        message
-    )
+    assert "2 of 2 points failed: at gamma ratio 2 misses its start by 75%" in (message)
 
 
 def test_points_without_a_check_in_time_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:

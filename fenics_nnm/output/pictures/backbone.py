@@ -414,7 +414,7 @@ def _verdicts(points: Sequence[BranchPoint]) -> str:
         VERIFIED: "verified: confirmed by integration in time",
         CONVERGED: "converged: solves its equations, not confirmed in time",
         RESONANT: "inside resonance: another mode draws energy",
-        FAILED: "failed: integration in time contradicts it",
+        FAILED: "failed: no motion of the model, or expected to be far off",
     }
     found = {point.status for point in points}
     return " Points are " + "; ".join(text for name, text in words.items() if name in found) + "."

@@ -161,6 +161,19 @@ def test_geometries_have_their_linear_modes(name: str, command: Callable[..., En
     assert low < hertz[str(read_study(study).mode.number)] < high
 
 
+def test_newcomers_studies_are_sound_and_change_by_the_advice() -> None:
+    advice = runpy.run_path(str(DEMOS / "newcomer/newcomer.py"))["ADVICE"]
+    assert set(advice) == {path.stem for path in (DEMOS / "newcomer").glob("*.toml")}
+    for name, changes in advice.items():
+        sections = read_study(DEMOS / f"newcomer/{name}.toml").model_dump()
+        for change in changes:
+            key, _, value = change.partition("=")
+            node = sections
+            for part in key.split("."):
+                node = node[part]
+            assert node != float(value), change
+
+
 def test_rotor37(monkeypatch: pytest.MonkeyPatch) -> None:
     results = run_demo(monkeypatch, "rotor37")
     summary = json.loads((results / "summary.json").read_text())

@@ -13,6 +13,7 @@ NAVIGATION = {
     "Begin": (
         "docs/installation",
         "docs/user_guide",
+        "docs/newcomer",
         "docs/large_models",
         "docs/python",
         "docs/gallery",

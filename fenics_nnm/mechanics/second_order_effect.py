@@ -53,9 +53,9 @@ class Effect:
 
     def __str__(self) -> str:
         return (
-            f"at gamma ratio {self.gamma_ratio:.4g} second order changes the closing by "
-            f"{100 * self.at_largest:+.3g} % of the gap, and the frequency without contact by "
-            f"{self.frequency:+.1e}"
+            f"at gamma ratio {self.gamma_ratio:.4g} of linear kinematics second order changes the "
+            f"closing by {100 * self.at_largest:+.3g} % of the gap, and the frequency without "
+            f"contact by {self.frequency:+.1e}"
         )
 
 

@@ -261,6 +261,8 @@ def test_headlines_are_those_of_points_to_be_trusted(plate: Path) -> None:
     verified = replace(last, verdict=Verdict(VERIFIED))
     doubted = tuple(replace(p, verdict=Verdict(CONVERGED, "?")) for p in others)
     assert _with(results, *doubted, verified).chosen == (verified,)
+    falling = replace(verified, at={**verified.at, "frequency_ratio": 0.9})
+    assert dict(headlines(_with(results, falling)))["Largest softening (verified)"] == "-10.00 %"
 
 
 def _with(results: Results, *points: BranchPoint) -> Results:

@@ -53,7 +53,7 @@ def body(kinematics: str | None, **changes: Any) -> Prepared:
 def test_linear_kinematics_are_doubted_where_bending_changes_the_closing() -> None:
     linear = body("linear")
     (line,) = kinematics_lines(linear.linear.reduction)
-    assert line.startswith("kinematics       linear: asked for; at gamma ratio 1 second")
+    assert line.startswith("kinematics       linear: asked for; at gamma ratio 1 of linear")
     for point in linear.followed().points:
         assert point.verdict is not None and point.verdict.status == CONVERGED
         assert "second order would change the closing at grazing by -" in point.verdict.reason

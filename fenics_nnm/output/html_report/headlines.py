@@ -22,14 +22,16 @@ def headlines(results: Results) -> list[tuple[str, str]]:
     Numbers of motions are those of `Results.trusted`, which are verified wherever there are some.
     """
     points, trusted = results.points, results.trusted
-    highest = max(trusted, key=lambda point: point.motion.frequency)
+    farthest = max(trusted, key=lambda point: abs(hardening(point)))
+    rises = hardening(farthest) >= 0
+    extreme, change = ("Highest", "hardening") if rises else ("Lowest", "softening")
     largest = max(trusted, key=lambda point: point.motion.energy)
     verified = sum(point.status == VERIFIED for point in points)
     return [
         (f"Linear mode {results.header.mode}", f"{results.linear_frequency:.6g} Hz"),
         *_first_contact(results),
-        (f"Highest frequency ({highest.status})", f"{highest.motion.frequency:.6g} Hz"),
-        (f"Largest hardening ({highest.status})", f"{signed(hardening(highest))} %"),
+        (f"{extreme} frequency ({farthest.status})", f"{farthest.motion.frequency:.6g} Hz"),
+        (f"Largest {change} ({farthest.status})", f"{signed(hardening(farthest))} %"),
         (f"Largest motion ({largest.status})", f"{_moved(results, largest)} at {_energy(largest)}"),
         *_contact(largest),
         *_stress(largest),

@@ -61,7 +61,7 @@ def row(name: str) -> str:
         f"{checked:.0f}",
         f"{run:.0f}",
         statuses(first),
-        " ".join(summary["advice"]),
+        "; ".join(summary["advice"]),
         ", ".join(ADVICE[name]),
         f"{again:.0f}",
         statuses(second),

@@ -392,6 +392,7 @@ def test_run_is_the_same_with_the_sections_and_check_names_them(
         "damping": {"ratio": 0.02},
         "excitation": {"at": [0.5], "force": [1000.0]},
         "response": SWEEP,
+        "continuation": {"damped": False},
     }
     plain, with_sections = study_file(name="plain.toml"), study_file(name="driven.toml", **driven)
     assert command("run", plain).code == command("run", with_sections).code == 0

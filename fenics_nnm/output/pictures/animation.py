@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.output.pictures.body import contact_balls, extent_of, factor_for, size_of
+from fenics_nnm.output.pictures.body import contact_balls, factor_for, size_of
 from fenics_nnm.output.pictures.obstacle import WORDS, obstacle_layers
 from fenics_nnm.output.pictures.panels import (
     Animation,
@@ -53,7 +53,7 @@ def plan_animation(results: Results, body: StoredBranch, view: View) -> Plan:
     limits = (0.0, unit.factor * float(magnitude.max()) or 1.0)
     places = [skin.moved(field, factor) for field in fields]
     obstacle = obstacle_layers(results, body, factor)
-    everywhere = np.vstack([skin.places, *places, *map(extent_of, obstacle)])
+    everywhere = np.vstack([skin.places, *places, *(each.extent for each in obstacle)])
     camera = Camera.around(everywhere, view, pixels=_PIXELS)
     scenes = []
     for frame, moved in enumerate(places):

@@ -128,11 +128,6 @@ def _largest_at(body: StoredBranch, point: BranchPoint, tip: int) -> float:
     return float(farthest[np.argmin(np.abs(farthest - np.pi))])
 
 
-def extent_of(layer: Layer) -> Array:
-    """Places in m that a layer beside a body reaches to, shape (p, 3)."""
-    return layer.nodes if isinstance(layer, Faces) else layer.reach
-
-
 def contact_balls(places: Array, size: float, colour: str = RED) -> Balls:
     """Balls at contact points of a body of a size in m."""
     return Balls(places, np.full(len(places), _BALL * size), colour)
@@ -211,7 +206,7 @@ def plan_shapes(
     unit = unit_for(np.array([[s.magnitude.max() for s in row.shapes] for row in rows]), "m")
     places = [[skin.moved(s.displacement, row.factor) for s in row.shapes] for row in rows]
     drawn_places = [each for row in places for each in row]
-    everywhere = np.vstack([skin.places, *drawn_places, *map(extent_of, beside)])
+    everywhere = np.vstack([skin.places, *drawn_places, *(each.extent for each in beside)])
     camera = Camera.around(everywhere, view, pixels=_PANEL, slenderness=0.3)
     scenes = [
         Scene([*_outline(skin), _coloured(skin, moved, shape, row, unit), *beside], camera)

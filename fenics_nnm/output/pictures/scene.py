@@ -129,6 +129,10 @@ class Layer(Protocol):
     def reach(self) -> Array:
         """Places in m that it reaches to besides the body, shape (p, 3)."""
 
+    @property
+    def extent(self) -> Array:
+        """Places in m that it reaches to beside a body that is no part of it, shape (p, 3)."""
+
     def nearer(self, faces: Array, lines: Array) -> Self:
         """The same nearer to the viewer: faces by one vector in m, lines by another."""
 
@@ -172,6 +176,11 @@ class Faces:
         """None: faces are those of the body, or of a casing whose edge is drawn."""
         return _NOWHERE
 
+    @property
+    def extent(self) -> Array:
+        """Its nodes."""
+        return self.nodes
+
     def nearer(self, faces: Array, lines: Array) -> Faces:
         """As `Layer.nearer`."""
         return replace(self, nodes=self.nodes + faces)
@@ -198,6 +207,11 @@ class Lines:
     def reach(self) -> Array:
         """The ends."""
         return self.ends.reshape(-1, 3)
+
+    @property
+    def extent(self) -> Array:
+        """As `reach`."""
+        return self.reach
 
     def nearer(self, faces: Array, lines: Array) -> Lines:
         """As `Layer.nearer`."""
@@ -226,6 +240,11 @@ class Balls:
         """None: balls are small, and on the body."""
         return _NOWHERE
 
+    @property
+    def extent(self) -> Array:
+        """As `reach`."""
+        return self.reach
+
     def nearer(self, faces: Array, lines: Array) -> Balls:
         """The same: balls stand out of the body."""
         return self
@@ -252,6 +271,11 @@ class Arrows:
     def reach(self) -> Array:
         """The tips."""
         return self.places + self.vectors
+
+    @property
+    def extent(self) -> Array:
+        """As `reach`."""
+        return self.reach
 
     def nearer(self, faces: Array, lines: Array) -> Arrows:
         """The same: arrows stand out of the body."""

@@ -121,6 +121,7 @@ for line in sys.stdin:
     child = os.fork()
     if child == 0:
         os.chdir(folder)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the pipe has exit codes alone
         signal.signal(signal.SIGPROF, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_PROF, moment)
         os._exit(main(arguments))

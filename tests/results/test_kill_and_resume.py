@@ -86,7 +86,8 @@ def test_killed_at_random_moments_and_resumed(
         mode={"harmonics": 5, "samples": 64},
         continuation={"energies": energies, "report_at": []},
     )
-    whole, times = whole_run(runs, tmp_path / "whole", study)
+    every = [whole_run(runs, tmp_path / name, study) for name in ("whole", "again")]
+    whole, times = min(every, key=lambda each: each[1][-1])  # the first one may load more slowly
     counts, killed = [], 0
     for number, moment in enumerate(random_moments(times)):
         folder = tmp_path / f"{number:02d}"

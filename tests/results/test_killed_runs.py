@@ -57,7 +57,9 @@ def point(ratio, value):
     scalars = {name: value for name in stored_point.SCALARS}
     scalars.update(position=ratio, gamma_ratio=ratio, iterations=1, reason="")
     scalars.update(status="converged", resonance="", skipped="", event="", stability="")
+    scalars.update(asked="", damped=False)
     arrays = {name: np.full((3, 2), value) for name in stored_point.ARRAYS}
+    arrays.update(stored_point.ADDED_ARRAYS)
     return stored_point.point_from(scalars, arrays)
 
 def whole_run(folder):

@@ -53,7 +53,7 @@ HEADER = (
     "harmonics_error,samples_error,error_remainder,resonance,skipped,event,"
     "return_error_10,energy_variation,energy_drift,tension_m,complementarity,"
     "shot_distance,shot_return_error,stability,reason,slope_ratio,"
-    "family,confirmed,damping_needed,damping_ratio,resonance_force_N,"
+    "family,confirmed,damping_needed,damping_ratio,resonance_force_N,damped,"
     "displacement_m,displacement_node,displacement_place_m,patch_displacement_m,"
     "contact_force_N,contact_impulse_Ns,von_mises_Pa,von_mises_place_m,von_mises_quantile_Pa,"
     "von_mises_anywhere_Pa,von_mises_anywhere_place_m,von_mises_anywhere_kind,"

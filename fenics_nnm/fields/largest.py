@@ -112,12 +112,15 @@ def first_of_largest(values: Array, numbers: Indices) -> int:
 
     So what is symmetric has its largest value at the same node on any number of ranks.
     """
-    equal = np.flatnonzero(values >= (1 - _SAME) * values.max())
+    if np.isnan(values).any():
+        return int(np.argmax(values))
+    equal = np.flatnonzero(values >= values.max() - _SAME * np.abs(values).max())
     return int(equal[np.argmin(numbers[equal])])
 
 
 def _above(one: Spot, other: Spot) -> bool:
     """Whether a value is above another; of equal ones that of the lower node stays."""
-    if not other.known or one.value * (1 - _SAME) > other.value:
+    if not other.known:
         return True
-    return one.value >= (1 - _SAME) * other.value and one.node < other.node
+    difference, round_off = one.value - other.value, _SAME * max(abs(one.value), abs(other.value))
+    return difference > round_off or (difference >= -round_off and one.node < other.node)

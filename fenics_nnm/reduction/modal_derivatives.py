@@ -110,9 +110,23 @@ def modal_derivatives(
         Theta=operators.contact(theta)[:, place] + deflection.obstacle(phi),
         alpha=alpha,
         beta=cubic / 6 + symmetrised(operators.gram(theta, forces)[both]) / 2,
-        D=operators.gram(theta, -inertia)[both],  # what theta has not is M-orthogonal to it
+        # M theta: what theta lacks of -raw is M-orthogonal to it
+        D=_not_negative(operators.gram(theta, -inertia), operators.gram(raw, inertia))[both],
     )
     return ModalDerivatives(order, theta)
+
+
+def _not_negative(gram: Array, whole: Array) -> Array:
+    """Products of columns without what is negative in them by round-off, shape (p, p).
+
+    Args:
+        gram: The products, a difference that cancels where modes make up nearly all.
+        whole: Those of the columns that modes were taken from, whose round-off they have.
+    """
+    values, vectors = np.linalg.eigh((gram + gram.T) / 2)
+    least = -_ROUND_OFF * float(np.diag(whole).max(initial=0.0))
+    values[(least <= values) & (values < 0)] = 0.0
+    return np.asarray((vectors * values) @ vectors.T)
 
 
 def pairwise(second: Callable[[Array, Array], Array], phi: Array) -> Array:

@@ -17,7 +17,7 @@ def examiner() -> Iterator[Examiner]:
 
 
 #: Rods, plates, beams, matrices; all methods and ways along a branch; refusals; quick ones.
-NUMBERS = (0, 1, 4, 9, 13, 17, 18, 23, 28, 37, 97, 162)
+NUMBERS = (0, 1, 4, 9, 13, 17, 18, 23, 28, 37, 97, 121, 129, 162)
 
 
 @pytest.mark.parametrize("number", NUMBERS)

@@ -32,14 +32,9 @@ from fenics_nnm.fields.shapes import MotionShapes, motion_shapes
 from fenics_nnm.fields.singular import singular_kinds
 from fenics_nnm.fields.strength import Strengths
 from fenics_nnm.fields.stress_basis import StressBasis, stress_basis
+from fenics_nnm.mechanics.force_history import force_history
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
-
-#: The largest contact force is sought at so many instants a sample.
-_FINER = 4
-
-#: A force that presses a contact point in by less than this part of the gap is round-off.
-_ROUND_OFF = 1e-10
 
 #: Bytes that the stress of a shape takes at a node, and how many are kept at most.
 _BYTES, _MOST = 6 * 12, 2**30
@@ -183,12 +178,7 @@ class ExtremesOf:
     def _forces(self, point: PlacedMotion) -> tuple[Array, Array]:
         """Forces of each patch in N, (instants, patches), and its impulse a period in N s."""
         branch, series = self.branch, self.branch.series
-        count = _FINER * series.samples
-        forces = branch.forces(point, 2 * np.pi * np.arange(count) / count)
-        model = branch.header.model
-        if model.massless:
-            pressed = forces * model.static_flexibility
-            forces = np.where(pressed > _ROUND_OFF * np.abs(model.gap).max(), forces, 0.0)
+        forces = force_history(branch.header.model, series, point.motion)
         of_patch = branch.contact_patches[:, None] == np.arange(len(self.patches))
         mean = series.weight @ point.motion.force
         return forces @ of_patch, mean @ of_patch / point.motion.frequency

@@ -17,8 +17,8 @@ from fenics_nnm.fields.extremes import extremes_of
 from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.fields.strength import Strengths, strengths_of
 from fenics_nnm.results import branch_file
-from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.results.stored_branch import read_stored_branch
+from fenics_nnm.running.headers import header_of
 from fenics_nnm.structure.prepared import Prepared
 
 
@@ -67,7 +67,8 @@ def _at_first_contact(prepared: Prepared, body: LinearAnalysis, comm: MPI.Comm) 
     def measured(blocks: Mapping[str, Blocks]) -> Extremes:
         with TemporaryDirectory() as folder:
             path = Path(folder) / "branch.h5"
-            branch_file.create(path, _header(prepared), replace(data, blocks=blocks))
+            header = header_of(prepared.study, prepared.model_in_contact, prepared.series)
+            branch_file.create(path, header, replace(data, blocks=blocks))
             return _of_file(path, prepared, strengths)
 
     return led(comm, data.blocks, measured)
@@ -78,17 +79,3 @@ def _of_file(path: Path, prepared: Prepared, strengths: Strengths) -> Extremes:
     measure = extremes_of(branch, prepared.study.output.frames, strengths, KeptBases())
     rest = branch.header.model.at_rest()
     return measure.of_mode(prepared.mode, rest.amplitude(prepared.mode))
-
-
-def _header(prepared: Prepared) -> BranchHeader:
-    numbers, mode = prepared.study.resolution, prepared.study.mode
-    return BranchHeader(
-        study="",
-        versions={},
-        mode=mode.number,
-        harmonics=numbers.harmonics,
-        samples=numbers.samples,
-        modes=numbers.modes,
-        series=mode.series,
-        model=prepared.model_in_contact,
-    )

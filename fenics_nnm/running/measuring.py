@@ -14,15 +14,13 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.backbone.quantities import PLAIN, Measures
 from fenics_nnm.fields.extremes import extremes_of
 from fenics_nnm.fields.strength import strengths_of
+from fenics_nnm.mechanics.force_history import force_history, instants_of
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.mechanics.motion import Motion, forces_at, free_displacement
+from fenics_nnm.mechanics.motion import Motion, free_displacement
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
 from fenics_nnm.results.stored_branch import read_stored_branch
 from fenics_nnm.running.preparing import Ready
-
-#: Instants a sample at which the largest contact force is sought.
-_FINER = 4
 
 
 class Measuring(Protocol):
@@ -112,10 +110,9 @@ class MatrixMeasures:
         return float("nan")
 
     def _of(self, motion: Motion) -> Extremes:
-        count = _FINER * self.series.samples
-        phase = 2 * np.pi * np.arange(count) / count
-        forces = forces_at(self.model, self.series, motion, phase)
-        moved = free_displacement(self.model, self.series, motion, phase) - forces @ self.model.R
+        forces = force_history(self.model, self.series, motion)
+        free = free_displacement(self.model, self.series, motion, instants_of(self.series))
+        moved = free - forces @ self.model.R
         force = float(forces.sum(axis=1).max())
         impulse = float((self.series.weight @ motion.force).sum() / motion.frequency)
         value, unknown = self.basis.largest_at(self.model, self.series, motion)

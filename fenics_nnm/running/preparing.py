@@ -24,7 +24,7 @@ from fenics_nnm.results.resume import (
 )
 from fenics_nnm.results.staging import Staging, Stopped, stopped_runs
 from fenics_nnm.results.start import beginning
-from fenics_nnm.running.run_summary import versions
+from fenics_nnm.running.headers import header_of
 from fenics_nnm.running.trust import log_warnings
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse, linear_analysis
@@ -111,16 +111,11 @@ class Ready:
     def header(self) -> BranchHeader:
         """What branch.h5 says of all points."""
         prepared = self.chosen.prepared
-        numbers, mode = prepared.study.resolution, prepared.study.mode
-        return BranchHeader(
-            study=self.job.text,
-            versions=versions(),
-            mode=mode.number,
-            harmonics=numbers.harmonics,
-            samples=numbers.samples,
-            modes=numbers.modes,
-            series=prepared.series,
-            model=prepared.model_in_contact,
+        return header_of(
+            prepared.study,
+            prepared.model_in_contact,
+            prepared.series,
+            text=self.job.text,
             inputs=self.inputs,
         )
 

@@ -34,7 +34,7 @@ from fenics_nnm.results.response_resume import (
     numbers_of,
     study_difference,
 )
-from fenics_nnm.running.run_summary import versions
+from fenics_nnm.running.headers import header_of
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.driven import assert_drivable, driven_motions, reported_frequencies
 from fenics_nnm.structure.driven_linear import DrivenLinear
@@ -96,7 +96,7 @@ def respond(job: ResponseJob, folder: Path) -> Responded:
     if study.response and study.response.report_at and not linear.has_mesh:
         raise StudyError("response.report_at: has no effect: matrices have no ParaView files")
     inputs = on_root(comm, input_digests, study)
-    header = _header(job, structure, inputs)
+    header = header_of(study, structure.model, "general", text=job.text, inputs=inputs)
     with _working_in(folder, comm) as place:
         data = linear.data()
         known = led(comm, data.blocks, partial(_begun, job, place, header, structure, data))
@@ -115,23 +115,6 @@ def _numbers_before(job: ResponseJob, folder: Path) -> Resolution | None:
     if not (job.resume and job.study.automatic):
         return None
     return numbers_of(response_folder.stored(folder), job.text)
-
-
-def _header(
-    job: ResponseJob, structure: DrivenStructure, inputs: Mapping[str, str]
-) -> BranchHeader:
-    numbers = job.study.resolution
-    return BranchHeader(
-        study=job.text,
-        versions=versions(),
-        mode=job.study.mode.number,
-        harmonics=numbers.harmonics,
-        samples=numbers.samples,
-        modes=numbers.modes,
-        series="general",
-        model=structure.model,
-        inputs=inputs,
-    )
 
 
 @contextmanager

@@ -11,11 +11,6 @@ from fenics_nnm.study.inputs import input_digests
 from fenics_nnm.sweep.case import Case, Outcome, RunState
 
 
-def state_of(case: Case) -> RunState:
-    """How far a study is; errors as of `Kind.state`."""
-    return case.kind.state(case)
-
-
 def state_of_ended(
     case: Case, stored: str, digests: Mapping[str, str], leaves: LeavesOf | None = None
 ) -> RunState:

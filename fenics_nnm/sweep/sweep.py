@@ -13,7 +13,7 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.study.error_keys import one_line
 from fenics_nnm.sweep.case import Case, Outcome, Plan, RunState
 from fenics_nnm.sweep.dealing import Hand, LocalCounters, grouped
-from fenics_nnm.sweep.outcome import outcome_of, state_of
+from fenics_nnm.sweep.outcome import outcome_of
 from fenics_nnm.sweep.ranks import run_on_ranks
 from fenics_nnm.sweep.running import Ran, Runner
 from fenics_nnm.sweep.table import write_table
@@ -131,7 +131,7 @@ def begun(plan: Plan) -> Sweep:
         StudyError: if one of them has results of another study.
         OutputError: if results cannot be read.
     """
-    sweep = Sweep(plan, {case.number: state_of(case) for case in plan.cases})
+    sweep = Sweep(plan, {case.number: case.kind.state(case) for case in plan.cases})
     for case in plan.cases:
         if sweep.states[case.number] is RunState.ENDED:
             sweep.outcomes[case.number] = outcome_of(case, RunState.ENDED)
@@ -143,7 +143,7 @@ def _outcome(case: Case, failure: str) -> Outcome:
     if failure:
         return outcome_of(case, RunState.NEW, failure)
     try:
-        return outcome_of(case, state_of(case))
+        return outcome_of(case, case.kind.state(case))
     except NonlinearModeError as error:
         return Outcome(case, "failed", one_line(error))
 

@@ -10,6 +10,7 @@ import pytest
 from mpi4py import MPI
 from small_meshes import saved_model
 
+from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.mesh import TaggedMesh, read_mesh
 
 
@@ -19,7 +20,7 @@ def counts(tagged: TaggedMesh) -> dict[str, int]:
 
 def volume(tagged: TaggedMesh) -> float:
     """Of straight tetrahedra."""
-    corners = tagged.mesh.geometry.x[tagged.mesh.geometry.dofmap[:, :4]]
+    corners = tagged.mesh.geometry.x[cell_nodes(tagged.mesh)[:, :4]]
     return float(np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6)
 
 

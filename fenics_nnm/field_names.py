@@ -26,3 +26,8 @@ FIELDS: tuple[FieldName, ...] = get_args(FieldName)
 DEFAULT_FIELDS: tuple[FieldName, ...] = tuple(
     name for name in FIELDS if name not in ("stress", "total_displacement")
 )
+
+FileFormat = Literal["vtu", "vtkhdf"]
+"""Format of the frames of a motion: a .vtu file each with a .pvd list, or one .vtkhdf file."""
+
+FORMATS: tuple[FileFormat, ...] = get_args(FileFormat)

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pyvista
+from vtkmodules.vtkIOHDF import vtkHDFReader
 
 Arrays = dict[str, np.ndarray]
 
@@ -30,3 +31,20 @@ def frames(listing: Path) -> list[tuple[float, Arrays]]:
     return [
         (float(i.attrib["timestep"]), arrays_of(listing.parent / i.attrib["file"])) for i in items
     ]
+
+
+def hdf_frames(path: Path) -> list[tuple[float, Arrays]]:
+    """Time and arrays of each step of a .vtkhdf file."""
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    found = []
+    for step in range(reader.GetNumberOfSteps()):
+        reader.SetStep(step)
+        reader.Update()
+        grid: Any = pyvista.wrap(reader.GetOutput())
+        arrays = {name: np.array(values) for name, values in grid.point_data.items()}
+        found.append(
+            (step / reader.GetNumberOfSteps(), {"Points": np.array(grid.points), **arrays})
+        )
+    return found

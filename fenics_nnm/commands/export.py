@@ -18,7 +18,7 @@ from fenics_nnm.commands.shared import (
     stages_of,
 )
 from fenics_nnm.errors import StudyError
-from fenics_nnm.field_names import DEFAULT_FIELDS, FIELDS, LEAST_FRAMES, FieldName
+from fenics_nnm.field_names import DEFAULT_FIELDS, FIELDS, FORMATS, LEAST_FRAMES, FieldName
 
 if TYPE_CHECKING:
     from fenics_nnm.backbone.point import BranchPoint
@@ -80,6 +80,12 @@ def add_to(commands: Commands) -> None:
         default=LEAST_FRAMES,
         metavar="N",
         help="frames of a period (default: %(default)s)",
+    )
+    export.add_argument(
+        "--format",
+        choices=FORMATS,
+        default=FORMATS[0],
+        help="a .vtu file for each frame, or one .vtkhdf file a motion (default: %(default)s)",
     )
     export.add_argument(
         "--output", type=Path, metavar="DIR", help="new folder (default: export beside the file)"
@@ -196,7 +202,10 @@ def _written(
     """Write what is wanted of a file of results, of this name in its folder, and list it."""
     from mpi4py import MPI
 
-    fields, given, comm = _fields(arguments.fields), arguments.branch, MPI.COMM_WORLD
+    from fenics_nnm.fields.files import Shown
+
+    shown = Shown(_fields(arguments.fields), arguments.frames, arguments.format)
+    given, comm = arguments.branch, MPI.COMM_WORLD
     file = given / name if given.is_dir() else given
     folder = arguments.output or file.with_name("export")
     console = console_of(comm)
@@ -205,8 +214,7 @@ def _written(
             file,
             folder,
             wanted,
-            fields=fields,
-            frames=arguments.frames,
+            shown=shown,
             comm=comm,
             on_progress=stages.report,
         )

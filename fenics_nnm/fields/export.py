@@ -15,7 +15,6 @@ from mpi4py import MPI
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.driven import of_response
 from fenics_nnm.fields.files import Shown, write_motions
 from fenics_nnm.fields.named import of_branch
@@ -34,8 +33,7 @@ def export(
     folder: Path,
     ratios: Sequence[float],
     *,
-    fields: Sequence[FieldName],
-    frames: int,
+    shown: Shown,
     comm: MPI.Intracomm,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> list[BranchPoint]:
@@ -45,8 +43,7 @@ def export(
         file: branch.h5 of a run.
         folder: Folder to make.
         ratios: Gamma ratios; of each the nearest point, or all passings of that energy.
-        fields: Fields wanted.
-        frames: Frames of a period.
+        shown: Fields, frames and format wanted.
         comm: Communicator; all ranks call this, and share the work.
         on_progress: Called with the part done.
 
@@ -61,9 +58,7 @@ def export(
     def nearest(branch: StoredBranch) -> list[BranchPoint]:
         return _nearest(branch, ratios)
 
-    return export_points(
-        file, folder, nearest, fields=fields, frames=frames, comm=comm, on_progress=on_progress
-    )
+    return export_points(file, folder, nearest, shown=shown, comm=comm, on_progress=on_progress)
 
 
 def export_points(
@@ -71,8 +66,7 @@ def export_points(
     folder: Path,
     choose: Callable[[StoredBranch], list[BranchPoint]],
     *,
-    fields: Sequence[FieldName],
-    frames: int,
+    shown: Shown,
     comm: MPI.Intracomm,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> list[BranchPoint]:
@@ -87,7 +81,7 @@ def export_points(
             folder,
             partial(read_stored_branch, file),
             of_branch(points),
-            shown=Shown(fields, frames),
+            shown=shown,
             comm=comm,
             on_progress=on_progress,
         )
@@ -112,8 +106,7 @@ def export_response(
     folder: Path,
     wanted: AtFrequencies,
     *,
-    fields: Sequence[FieldName],
-    frames: int,
+    shown: Shown,
     comm: MPI.Intracomm,
     on_progress: Callable[[float], None] = lambda done: None,
 ) -> list[ResponsePoint]:
@@ -123,8 +116,7 @@ def export_response(
         file: response.h5 of a response.
         folder: Folder to make.
         wanted: Which motions.
-        fields: Fields wanted.
-        frames: Frames of a period.
+        shown: Fields, frames and format wanted.
         comm: Communicator; all ranks call this, and share the work.
         on_progress: Called with the part done.
 
@@ -142,7 +134,7 @@ def export_response(
             folder,
             partial(response_file.read_body, file),
             of_response(stored.header, points, numbers, stored.gap_motion),
-            shown=Shown(fields, frames),
+            shown=shown,
             comm=comm,
             on_progress=on_progress,
         )

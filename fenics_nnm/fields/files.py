@@ -17,8 +17,9 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.fem.parallel import beside_root, each_own, on_root
-from fenics_nnm.field_names import FieldName
+from fenics_nnm.field_names import FieldName, FileFormat
 from fenics_nnm.fields.body import field_body
+from fenics_nnm.fields.frame_files import frame_files
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.fields.motion import Motion, MotionFiles, batches
@@ -52,11 +53,13 @@ class Shown:
     Attributes:
         fields: Fields wanted.
         frames: Frames of a period.
+        form: Format of the files of their frames.
         bases: Stresses of their shapes that are known already, on some ranks.
     """
 
     fields: Sequence[FieldName]
     frames: int
+    form: FileFormat = "vtu"
     bases: KeptBases = field(default_factory=KeptBases)
 
 
@@ -109,13 +112,16 @@ def _motion_files(
     frames = Frames(shown.frames, reversible=not branch.series.free_phase)
     rows = StressRows(shown.fields, frames, beside_linear=not branch.driven)
     parts = compact_parts(body.mesh.nodes, NODES_OF_PART)
+    surface = contact_surface(branch)
     return MotionFiles(
         folder=folder,
         shapes=motion_shapes(branch, [motion.point for motion in motions]),
         body=body,
-        surface=contact_surface(branch),
+        surface=surface,
         rows=rows,
         table=PartTable(folder / _TABLE, parts, len(motions) * rows.count),
+        body_frames=frame_files(shown.form, body.grid),
+        surface_frames=frame_files(shown.form, surface.grid),
         bases=shown.bases,
     )
 
@@ -128,7 +134,7 @@ def _stress_tasks(files: MotionFiles, motions: Sequence[Motion]) -> list[Task]:
 def _file_tasks(files: MotionFiles, motions: Sequence[Motion]) -> list[Task]:
     tasks: list[Task] = []
     if files.has_body:
-        few = batches(files.rows.frames)
+        few = files.body_frames.together(batches(files.rows.frames))
         tasks += [partial(files.write_body, motion, each) for motion in motions for each in few]
     if "peak_stress" in files.rows.fields:
         tasks += [partial(files.write_peaks, motion) for motion in motions]
@@ -150,7 +156,8 @@ def _done_of(
 
 def _write_view(files: MotionFiles, motions: Sequence[Motion]) -> None:
     first = max(motions, key=lambda motion: motion.named.weight)
-    write_view(files.folder, files.shapes.branch, first.named, files.rows.fields)
+    suffix = files.body_frames.suffix
+    write_view(files.folder, files.shapes.branch, first.named, files.rows.fields, suffix)
 
 
 def _write_mode_shapes(files: MotionFiles, motions: Sequence[Motion]) -> None:

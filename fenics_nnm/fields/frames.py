@@ -37,6 +37,20 @@ class Frames:
         """Times of these as parts of the period."""
         return np.arange(self.distinct) / self.count
 
+    @property
+    def all_times(self) -> list[float]:
+        """Times of all frames as parts of the period."""
+        return [number / self.count for number in range(self.count)]
+
+    @property
+    def distinct_of_each(self) -> list[int]:
+        """The distinct frame with the displacement of each frame."""
+        found = [0] * self.count
+        for number in range(self.distinct):
+            for frame in self.shown_by(number):
+                found[frame] = number
+        return found
+
     def shown_by(self, number: int) -> dict[int, float]:
         """Frames with the displacement of one of these, and the factor of its velocity."""
         image = (self.count - number) % self.count

@@ -11,6 +11,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.fields.body import FieldBody
+from fenics_nnm.fields.frame_files import VELOCITY, Frame, FrameFiles
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.fields.named import NamedMotion
@@ -19,12 +20,10 @@ from fenics_nnm.fields.stress_basis import stress_basis
 from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.fields.surface import ContactSurface
 from fenics_nnm.fields.table import PartTable
-from fenics_nnm.fields.vtu import block, write_collection
 from fenics_nnm.results.stored_branch import PlacedMotion
 
 DISPLACEMENT = "displacement (m)"
 TOTAL = "displacement from the unloaded body (m)"
-VELOCITY = "velocity (m/s)"
 PRESSURE = "contact pressure (Pa)"
 GAP = "gap (m)"
 
@@ -86,6 +85,8 @@ class MotionFiles:
         surface: Its contact surface.
         rows: The fields wanted, and which rows the table has of a motion.
         table: Stresses, one motion after the other.
+        body_frames: Writes frames of the body.
+        surface_frames: Writes those of the contact surface.
         bases: Stresses of the shapes that are known already.
     """
 
@@ -95,6 +96,8 @@ class MotionFiles:
     surface: ContactSurface
     rows: StressRows
     table: PartTable
+    body_frames: FrameFiles
+    surface_frames: FrameFiles
     bases: KeptBases = field(default_factory=KeptBases)
 
     @property
@@ -108,26 +111,23 @@ class MotionFiles:
         return bool(_OF_SURFACE & set(self.rows.fields))
 
     def begin(self, motions: Sequence[Motion]) -> None:
-        """Make the folders and the table.
+        """Prepare the files and the table.
 
         Raises:
             OSError: if they cannot be made.
         """
-        for name in self._listed(motions):
-            (self.folder / name).mkdir()
+        for name, files in self._listed(motions):
+            files.begin(self.folder, name, self.rows.frames)
         self.table.make()
 
     def end(self, motions: Sequence[Motion]) -> None:
-        """Write the .pvd files, which list the frames with their times; remove the table.
+        """Complete the files; remove the table.
 
         Raises:
             OSError: if they cannot be written.
         """
-        count = self.rows.frames.count
-        times = [number / count for number in range(count)]
-        for name in self._listed(motions):
-            files = [f"{name}/{_frame(number)}" for number in range(count)]
-            write_collection(self.folder / f"{name}.pvd", files, times)
+        for name, files in self._listed(motions):
+            files.end(self.folder, name, self.rows.frames)
         self.table.path.unlink()
 
     def keep_stresses(self, part: int, motions: Sequence[Motion]) -> None:
@@ -141,22 +141,22 @@ class MotionFiles:
         for motion in motions:
             self.table.put(part, motion.first, self.rows.at(basis, motion.point))
 
-    def write_body(self, motion: Motion, few: range) -> None:
+    def write_body(self, motion: Motion, batches: Sequence[range]) -> None:
         """Write some distinct frames of the body and those that show the same.
 
         Raises:
             OSError: if they cannot be written.
         """
-        frames, of_frame = self.rows.frames, self.rows.of_frame
-        moved = self._moved(motion.point, 2 * np.pi * frames.times[few])
+        made = (frame for few in batches for frame in self._frames_of_body(motion, few))
+        self.body_frames.put(self.folder / motion.of_body, self.rows.frames, made)
+
+    def _frames_of_body(self, motion: Motion, few: range) -> Iterator[Frame]:
+        """Distinct frames that are computed at once."""
+        of_frame = self.rows.of_frame
+        moved = self._moved(motion.point, 2 * np.pi * self.rows.frames.times[few])
         for number, fields in zip(few, moved, strict=True):
             first = motion.first + number * of_frame
-            fields |= self.rows.named(self.table.read(slice(first, first + of_frame)))
-            blocks = {name: block(name, values) for name, values in fields.items()}
-            for frame, sign in frames.shown_by(number).items():
-                if sign < 0 and VELOCITY in fields:
-                    blocks[VELOCITY] = block(VELOCITY, -fields[VELOCITY])
-                self.body.grid.write_blocks(self.folder / motion.of_body / _frame(frame), blocks)
+            yield number, fields | self.rows.named(self.table.read(slice(first, first + of_frame)))
 
     def _moved(self, point: PlacedMotion, phase: Array) -> Iterator[dict[str, Array]]:
         """Displacement and velocity on the grid at phases, if they are wanted."""
@@ -185,6 +185,10 @@ class MotionFiles:
         Raises:
             OSError: if they cannot be written.
         """
+        made = self._frames_of_surface(motion)
+        self.surface_frames.put(self.folder / motion.of_surface, self.rows.frames, made)
+
+    def _frames_of_surface(self, motion: Motion) -> Iterator[Frame]:
         branch, frames = self.shapes.branch, self.rows.frames
         phase = 2 * np.pi * frames.times
         amounts = self.shapes.amounts(motion.point, phase)
@@ -196,9 +200,7 @@ class MotionFiles:
                 fields[PRESSURE] = self.surface.pressure(forces[number])
             if "gap" in self.rows.fields:
                 fields[GAP] = self.surface.gap(gaps[number])
-            for frame in frames.shown_by(number):
-                path = self.folder / motion.of_surface / _frame(frame)
-                self.surface.grid.write(path, fields)
+            yield number, fields
 
     def write_peaks(self, motion: Motion) -> None:
         """Write the peaks of the stress.
@@ -212,10 +214,11 @@ class MotionFiles:
         )
         self.body.grid.write(self.folder / f"peak_stress_{motion.name}.vtu", peaks)
 
-    def _listed(self, motions: Sequence[Motion]) -> list[str]:
-        """Names of the folders of frames."""
-        bodies = [motion.of_body for motion in motions if self.has_body]
-        return bodies + [motion.of_surface for motion in motions if self.has_surface]
+    def _listed(self, motions: Sequence[Motion]) -> list[tuple[str, FrameFiles]]:
+        """Names of the sequences of frames, and what writes them."""
+        bodies = [(motion.of_body, self.body_frames) for motion in motions if self.has_body]
+        surfaces = [(motion.of_surface, self.surface_frames) for motion in motions]
+        return bodies + (surfaces if self.has_surface else [])
 
 
 def batches(frames: Frames) -> list[range]:
@@ -223,8 +226,3 @@ def batches(frames: Frames) -> list[range]:
     size = -(-frames.distinct // -(-frames.distinct // _AT_ONCE))
     starts = range(0, frames.distinct, size)
     return [range(start, min(start + size, frames.distinct)) for start in starts]
-
-
-def _frame(number: int) -> str:
-    """Name of the file of a frame."""
-    return f"frame_{number:04d}.vtu"

@@ -32,6 +32,7 @@ def write_view(
     branch: StoredBranch,
     motion: NamedMotion,
     fields: Sequence[FieldName],
+    suffix: str,
 ) -> None:
     """Write view.py, which shows a motion, if there is a displacement.
 
@@ -40,6 +41,7 @@ def write_view(
         branch: Branch.
         motion: The motion.
         fields: Fields that were written.
+        suffix: How names of files of motions end.
 
     Raises:
         OSError: if it cannot be written.
@@ -49,8 +51,8 @@ def write_view(
     name = motion.name
     looked, upright = _camera(branch.nodes)
     settings = {
-        "MOTION": f"motion_{name}.pvd",
-        "CONTACT": f"motion_{name}_contact.pvd" if "contact_pressure" in fields else "",
+        "MOTION": f"motion_{name}{suffix}",
+        "CONTACT": f"motion_{name}_contact{suffix}" if "contact_pressure" in fields else "",
         "COLOUR": VON_MISES if "von_mises" in fields else DISPLACEMENT,
         "SCALE": _scale(branch, motion.point),
         "PLANE": _SHAPES[branch.shapes.shape[2]],

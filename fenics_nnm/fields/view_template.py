@@ -38,7 +38,8 @@ def folder() -> str:
 
 def deformed(file: str, name: str) -> Any:
     """A motion with its displacement SCALE times as large."""
-    source = simple.PVDReader(registrationName=name, FileName=os.path.join(folder(), file))
+    read = simple.VTKHDFReader if file.endswith(".vtkhdf") else simple.PVDReader
+    source = read(registrationName=name, FileName=os.path.join(folder(), file))
     warped = simple.WarpByVector(registrationName=f"{name}, deformed x {SCALE:g}", Input=source)
     warped.Vectors = ["POINTS", "displacement (m)"]
     warped.ScaleFactor = SCALE
@@ -101,16 +102,16 @@ def main() -> None:
     view.UseColorPaletteForBackground = 0
     view.Background = [1.0, 1.0, 1.0]
     view.OrientationAxesLabelColor = [0.0, 0.0, 0.0]
-    warped = deformed(MOTION, MOTION[:-4])
+    warped = deformed(MOTION, os.path.splitext(MOTION)[0])
     if CONTACT:
-        touched = deformed(CONTACT, CONTACT[:-4])
+        touched = deformed(CONTACT, os.path.splitext(CONTACT)[0])
         coloured(touched, view, "contact pressure (Pa)", bar=False)
         simple.Hide(touched, view)
     scene = simple.GetAnimationScene()
     scene.UpdateAnimationUsingDataTimeSteps()
-    scene.AnimationTime = float(sys.argv[2]) if len(sys.argv) > 2 else 0.0
     coloured(warped, view, COLOUR, bar=True)
-    phase = simple.AnnotateTimeFilter(registrationName="phase", Input=warped)
+    scene.AnimationTime = float(sys.argv[2]) if len(sys.argv) > 2 else 0.0
+    phase = simple.AnnotateTime(registrationName="phase")
     phase.Format = "phase {time:.3f} of the period"
     text = simple.Show(phase, view)
     text.Color = [0.0, 0.0, 0.0]

@@ -39,17 +39,30 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
+class Grid:
+    """Nodes, and cells of one type.
+
+    Attributes:
+        nodes: Places in m, shape (n, 3).
+        cells: Nodes of each cell in VTK's order, shape (cells, nodes a cell).
+        cell_type: VTK's number of the type.
+    """
+
+    nodes: Array
+    cells: Indices
+    cell_type: int
+
+
+@dataclass(frozen=True, slots=True)
 class GridFile:
     """A grid, compressed once for all files that share it.
 
     Attributes:
-        nodes: Number of nodes.
-        cells: Number of cells.
-        geometry: Places of the nodes, and the cells.
+        grid: The grid.
+        geometry: Places of its nodes, and its cells, as they are in files.
     """
 
-    nodes: int
-    cells: int
+    grid: Grid
     geometry: tuple[Block, ...]
 
     def write(self, path: Path, fields: Mapping[str, Array]) -> None:
@@ -97,7 +110,8 @@ class GridFile:
             f'<DataArray {each.description} format="appended" offset="{offset}"/>'
             for each, offset in zip(blocks, offsets, strict=True)
         ]
-        piece = f'<Piece NumberOfPoints="{self.nodes}" NumberOfCells="{self.cells}">'
+        nodes, cells = len(self.grid.nodes), len(self.grid.cells)
+        piece = f'<Piece NumberOfPoints="{nodes}" NumberOfCells="{cells}">'
         lines = [
             '<?xml version="1.0"?>',
             '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
@@ -128,7 +142,7 @@ def grid_file(nodes: Array, cells: Indices, cell_type: int) -> GridFile:
         block("offsets", ends),
         block("types", np.full(count, cell_type, dtype=np.uint8)),
     )
-    return GridFile(len(nodes), count, geometry)
+    return GridFile(Grid(nodes, cells, cell_type), geometry)
 
 
 def write_collection(path: Path, files: Sequence[str], times: Sequence[float]) -> None:
@@ -149,7 +163,7 @@ def write_collection(path: Path, files: Sequence[str], times: Sequence[float]) -
 def block(name: str, values: Array | Indices) -> Block:
     """An array at the nodes that is in several files, packed once."""
     raw = np.ascontiguousarray(values).tobytes()
-    packed = zlib.compress(raw, _level(raw))
+    packed = zlib.compress(raw, _FAST if pays(raw) else _STORED)
     header = np.array([1, len(raw), 0, len(packed)] if raw else [0, 0, 0], dtype="<u8").tobytes()
     width = values.shape[1] if values.ndim == 2 else 0
     description = _described(name, values.dtype.str[1:], width)
@@ -161,8 +175,8 @@ def _described(name: str, kind: str, components: int) -> str:
     return f'type="{_TYPES[kind]}" Name={quoteattr(name)}{width}'
 
 
-def _level(raw: bytes) -> int:
+def pays(raw: bytes) -> bool:
     """Whether compression pays: the digits of most stresses and displacements are like noise."""
     starts = range(0, len(raw), max(_PIECE, len(raw) // _PIECES))
     sample = b"".join(raw[start : start + _PIECE] for start in starts)
-    return _FAST if len(zlib.compress(sample, _FAST)) < _WORTH * len(sample) else _STORED
+    return len(zlib.compress(sample, _FAST)) < _WORTH * len(sample)

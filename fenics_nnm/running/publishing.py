@@ -69,6 +69,7 @@ def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
     write_linear_modes(folder / "linear_modes.vtu", body)
     if body.solid.state is not None:
         on_root(comm, write_state, folder / "static_state.vtu", file)
+    output = study.output
     wanted = asked_points(branch.points, study.continuation.report_at)
     if study.full_order:
         series = ready.chosen.prepared.balance.series
@@ -78,7 +79,7 @@ def _write_fields(ready: Ready, body: LinearAnalysis, branch: Branch) -> None:
         folder,
         partial(read_stored_branch, file),
         of_branch(wanted),
-        shown=Shown(study.output.fields, study.output.frames, ready.bases),
+        shown=Shown(output.fields, output.frames, output.format, ready.bases),
         comm=comm,
         on_progress=ready.job.stages.report,
     )

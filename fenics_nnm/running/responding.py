@@ -183,13 +183,13 @@ def _write_fields(
     numbers = reported(found, reported_frequencies(job.study))
     if not linear.has_mesh or not numbers:
         return
-    folder = place.path / "fields"
+    folder, output = place.path / "fields", job.study.output
     on_root(job.comm, folder.mkdir)
     write_motions(
         folder,
         partial(response_file.read_body, place.file),
         of_response(header, found.points, numbers, gap_motion),
-        shown=Shown(job.study.output.fields, job.study.output.frames),
+        shown=Shown(output.fields, output.frames, output.format),
         comm=job.comm,
         on_progress=job.stages.report,
     )

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from fenics_nnm.field_names import DEFAULT_FIELDS, LEAST_FRAMES, FieldName
+from fenics_nnm.field_names import DEFAULT_FIELDS, LEAST_FRAMES, FieldName, FileFormat
 from fenics_nnm.study.record import FromList, Record
 
 
@@ -29,6 +29,11 @@ class MeshOutputSection(OutputSection):
     fields: Annotated[tuple[FieldName, ...], Field(min_length=1), FromList] = Field(
         DEFAULT_FIELDS, description="fields that are written for ParaView"
     )
+    format: FileFormat = Field(
+        "vtu",
+        description='"vtu": a file for each frame, and a .pvd file that lists them; "vtkhdf": one '
+        "file for all frames of a motion",
+    )
 
 
 class MatrixOutputSection(OutputSection):
@@ -36,7 +41,8 @@ class MatrixOutputSection(OutputSection):
 
     frames: ClassVar[int] = 0
     fields: ClassVar[tuple[FieldName, ...]] = ()
+    format: ClassVar[FileFormat] = "vtu"
 
     absent: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("frames", "fields"), "belongs to [mesh]: matrices have no ParaView files"
+        ("frames", "fields", "format"), "belongs to [mesh]: matrices have no ParaView files"
     )

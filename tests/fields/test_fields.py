@@ -9,9 +9,10 @@ import h5py
 import numpy as np
 import pytest
 from conftest import BEAM, PLATE, Ended
-from written_fields import Arrays, arrays_of, frames, read_grid
+from written_fields import Arrays, arrays_of, frames, hdf_frames, read_grid
 
 from fenics_nnm.field_names import FIELDS
+from fenics_nnm.fields.vtkhdf import in_hdf
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
 
 Command = Callable[..., Ended]
@@ -36,7 +37,7 @@ def beam(study_file: StudyFile, command: Command, tmp_path: Path) -> Path:
     return tmp_path / "out"
 
 
-def test_numbers_of_a_motion(beam: Path) -> None:
+def test_numbers_of_a_motion(beam: Path, command: Command) -> None:
     """One run, as it takes long: all that its files say of one motion."""
     branch = read_stored_branch(beam / "branch.h5")
     body = frames(beam / "fields" / "motion_1.1.pvd")
@@ -52,6 +53,25 @@ def test_numbers_of_a_motion(beam: Path) -> None:
     assert_gap_is_the_distance(branch, contact)
     assert_peak_is_above_every_frame(beam / "fields" / "peak_stress_1.1.vtu", body)
     assert_shapes_are_closed_and_open(branch, beam / "fields" / "mode_shapes.vtu")
+    again = ("--gamma", "1.1", "--fields", ",".join(ALL_FIELDS), "--format", "vtkhdf")
+    assert command("export", "out", *again).code == 0
+    assert_one_file_has_the_same(beam, body, contact)
+
+
+def assert_one_file_has_the_same(out: Path, *listed: list[tuple[float, Arrays]]) -> None:
+    """Of both formats, in VTK's own reader; single precision has seven digits."""
+    again = out / "export"
+    for name, expected in zip(("motion_1.1", "motion_1.1_contact"), listed, strict=True):
+        found = hdf_frames(again / f"{name}.vtkhdf")
+        assert [time for time, _ in found] == [time for time, _ in expected]
+        for (_, one), (_, other) in zip(found, expected, strict=True):
+            assert one.keys() == {in_hdf(field) for field in other}
+            for field, values in other.items():
+                scale = max(float(np.nanmax(np.abs(values))), 1e-300)
+                np.testing.assert_allclose(one[in_hdf(field)], values, atol=1e-7 * scale, rtol=0)
+    single = sum(file.stat().st_size for file in (out / "fields" / "motion_1.1").iterdir())
+    assert (again / "motion_1.1.vtkhdf").stat().st_size < single / 3
+    assert '"motion_1.1.vtkhdf"' in (again / "view.py").read_text()
 
 
 def assert_velocity_is_the_derivative(

@@ -19,6 +19,7 @@ models that came back within 2 %, the worst was 1.2e-4 from the exact frequency.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -131,7 +132,7 @@ def judged(
     points = found.points
     of = families(points, series, connected=found.connected)
     others = np.delete(model.at_rest().omega, mode)
-    evidence = [_evidence(flow, series, point, shooting=shooting) for point in points]
+    evidence = _evidence_of(flow, series, points, shooting=shooting)
     places = [
         _place(
             internal_resonance(model, series, point, number, mode, harmonic), point, number, late
@@ -213,15 +214,29 @@ class _Evidence:
     certificate: Certificate
 
 
-def _evidence(
-    flow: Integrator | None, series: Series, point: BranchPoint, *, shooting: bool
-) -> _Evidence:
+def _evidence_of(
+    flow: Integrator | None, series: Series, points: Sequence[BranchPoint], *, shooting: bool
+) -> list[_Evidence]:
+    """What integration in time, and shooting, say of points."""
     if flow is None:
-        return _Evidence(NOT_FOLLOWED, NO_CERTIFICATE)
-    found = followed(flow, series, point.motion)
-    if not shooting or found.returned is None:
-        return _Evidence(found, NO_CERTIFICATE)
-    return _Evidence(found, certified(flow, series, point, found.returned))
+        return [_Evidence(NOT_FOLLOWED, NO_CERTIFICATE) for _ in points]
+    rough = flow.rough
+    found = [followed(rough, series, point.motion) for point in points]
+    if not shooting:
+        return [_Evidence(each, NO_CERTIFICATE) for each in found]
+    return [
+        _Evidence(each, _certificate(flow, series, point, each))
+        for point, each in zip(points, found, strict=True)
+    ]
+
+
+def _certificate(
+    flow: Integrator, series: Series, point: BranchPoint, found: InTime
+) -> Certificate:
+    """What shooting says of a point that does not get lost within a period."""
+    if found.returned is None:
+        return NO_CERTIFICATE
+    return certified(flow, series, point, found.returned)
 
 
 def _judged(

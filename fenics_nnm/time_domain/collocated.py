@@ -8,7 +8,8 @@ instant enters the state squared.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,9 +17,11 @@ from fenics_nnm.arrays import Array, Mask
 from fenics_nnm.mechanics.closed import highest_frequency
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.time_domain.course import Course, Part
 from fenics_nnm.time_domain.exponential_rule import gauss_nodes
 from fenics_nnm.time_domain.integrator import Trajectory
 from fenics_nnm.time_domain.kept import Kept
+from fenics_nnm.time_domain.rungs import Rungs
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
 from fenics_nnm.time_domain.smooth_step import SmoothStep, Start
 from fenics_nnm.time_domain.states import States
@@ -27,22 +30,23 @@ from fenics_nnm.time_domain.step_rule import Rule
 #: As in `flow`: points in contact are those a moment later, this over the highest frequency.
 _MOMENT = 1e-9
 
-#: A step turns the fastest mode by no more than this, so that no change of contact is missed; and
-#: by less where derivatives are carried along, which fast modes take part in.
-_LONGEST_TURN, _TURN_ALONG = 40.0, 24.0
-
-#: First step as a part of the period of the lowest mode; steps are that over powers of two.
+#: First step as a part of the period of the lowest mode; steps are rungs from there.
 _FIRST = 1 / 8
 
-#: Steps are halved no further.
-_SHORTEST = 2.0**-30
+#: A step is iterated to this part of the tolerance.
+_ITERATED = 2e-6
 
-#: Steps with an error below this part of the tolerance are doubled, but not so many steps after a
-#: longer one failed.
-_EASY, _PATIENCE = 1e-2, 6
+#: A step is tried with no more lengths than this.
+_TRIES = 60
+
+#: How much larger the tolerance is where a rough motion will do, and how far steps turn there.
+_ROUGH, _ROUGH_TURN = 100.0, 40.0
 
 #: Stages, and rules of steps, that are kept, if they are not too large.
 _KEPT = 500
+
+#: Courses that are kept: derivatives and multipliers are asked for after the motion itself.
+_LATEST = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +59,8 @@ class Collocated:
         tolerance: Highest coefficient of the remainder over a step, relative to the velocities of
             the motion; the error of the step is smaller by the order that the rule has beyond s:
             1e-12 of the motion over a period with the values given here.
+        longest_turn: A step turns the fastest mode by no more than this, as fast modes take part in
+            derivatives of the motion.
         most_changes: A motion with more changes of contact than this is given up.
 
     Raises:
@@ -64,12 +70,16 @@ class Collocated:
     mechanics: Mechanics
     nodes: int = 16
     tolerance: float = 1e-9
+    longest_turn: float = 24.0
     most_changes: int = 20_000
     model: ReducedModel = field(init=False, repr=False, compare=False)
     _moment: float = field(init=False, repr=False, compare=False)
     states: States = field(init=False, repr=False, compare=False)
     _stages: Kept[SmoothStage] = field(
         init=False, repr=False, compare=False, default_factory=lambda: Kept(_KEPT)
+    )
+    _courses: Kept[Course] = field(
+        init=False, repr=False, compare=False, default_factory=lambda: Kept(_LATEST)
     )
     _rules: Kept[Rule] = field(
         init=False, repr=False, compare=False, default_factory=lambda: Kept(_KEPT)
@@ -92,11 +102,39 @@ class Collocated:
         speeds: bool = False,
     ) -> Trajectory:
         """Follow the motion from a state for a time; see `Integrator.run`."""
-        wanted = np.empty(0) if times is None else np.asarray(times)
-        walk = _Walk(self, q, velocity, wanted, along, speeds=speeds)
-        if not np.all(np.isfinite([*q, *velocity, span])):
-            return walk.trajectory("the state to start from is not finite")
-        return walk.trajectory(walk.run(span))
+        course = self.course(q, velocity, span)
+        states = course.states(np.empty(0) if times is None else np.asarray(times))
+        return Trajectory(
+            *course.end,
+            changes=course.changes,
+            contact_time=course.contact_time,
+            q_at=states[0],
+            velocity_at=states[1],
+            speed_integral=course.speed_integral if speeds else float("nan"),
+            derivative=None if along is None else partial(course.carried, along),
+            failure=course.failure,
+        )
+
+    def course(self, q: Array, velocity: Array, span: float) -> Course:
+        """The course of the motion from a state for a time; the latest ones are kept."""
+
+        def made() -> Course:
+            if not np.all(np.isfinite([*q, *velocity, span])):
+                failure = "the state to start from is not finite"
+                return Course(q, velocity, (q, velocity), (), 0, failure)
+            return _Walk(self, q, velocity).course(span)
+
+        return self._courses.at((q.tobytes(), velocity.tobytes(), span), made)
+
+    @property
+    def iterated(self) -> float:
+        """Change of the remainder, as a part of the motion, at which a step is converged."""
+        return _ITERATED * self.tolerance
+
+    @property
+    def rough(self) -> Collocated:
+        """The same with longer steps: an error below 1e-8 of the motion in ten periods."""
+        return replace(self, tolerance=_ROUGH * self.tolerance, longest_turn=_ROUGH_TURN)
 
     def acceleration(self, q: Array, velocity: Array) -> Array:
         """Acceleration of a state, shape (J,)."""
@@ -118,24 +156,19 @@ class Collocated:
         """The stage that a state is about to be in; most often one point opens or closes."""
         soon = q + self._moment * velocity
         if before is not None:
-            changed = self._stage(before.active ^ (before.margins(soon[None])[0] <= 0))
-            if changed.margins(soon[None]).min() > 0:
+            changed = self._stage(before.active ^ (before.margins(soon) <= 0))
+            if changed.margins(soon).min() > 0:
                 return changed
         return self.stage_at(soon)
 
-    def rule(self, stage: SmoothStage, step: float, *, keep: bool) -> Rule:
+    def rule(self, stage: SmoothStage, step: float) -> Rule:
         """Times and weights of a step."""
 
         def made() -> Rule:
             nodes = gauss_nodes(self.nodes)
-            return Rule.of(nodes, stage.linear.nu, stage.remainder, step)
+            return Rule.of(nodes, stage.linear.nu, stage.remainder, step, 2 * self._moment)
 
-        return self._rules.at((stage.active.tobytes(), step), made) if keep else made()
-
-    @property
-    def after_a_change(self) -> float:
-        """Time after a change of contact from which the next one is looked for."""
-        return 2 * self._moment
+        return self._rules.at((stage.active.tobytes(), step), made)
 
     def _stage(self, active: Mask) -> SmoothStage:
         """The stage with given points in contact."""
@@ -143,114 +176,68 @@ class Collocated:
 
 
 class _Walk:
-    """One integration: the state, and what is noted of it."""
+    """One integration: the state, and the steps that were taken."""
 
-    def __init__(
-        self,
-        flow: Collocated,
-        q: Array,
-        velocity: Array,
-        times: Array,
-        along: Array | None,
-        *,
-        speeds: bool,
-    ) -> None:
+    def __init__(self, flow: Collocated, q: Array, velocity: Array) -> None:
         self._flow = flow
-        self._q, self._velocity = q, velocity
+        self._first = self._q, self._velocity = q, velocity
         self._size = float(np.sqrt(2 * flow.energy(q, velocity)))
-        self._step = _FIRST * 2 * np.pi / float(flow.model.omega[0])
-        self._patience = 0
-        self._clock, self._changes, self._contact_time = 0.0, 0, 0.0
-        self._times, self._transition = times, along
-        self._q_at = np.full((len(times), len(q)), np.nan)
-        self._velocity_at = np.full((len(times), len(q)), np.nan)
-        self._speed_integral = 0.0 if speeds else float("nan")
+        self._rungs = Rungs(_FIRST * 2 * np.pi / float(flow.model.omega[0]), flow.nodes)
+        self._clock, self._changes = 0.0, 0
+        self._parts: list[Part] = []
 
-    def run(self, span: float) -> str:
+    def course(self, span: float) -> Course:
+        """The course for a time."""
+        failure = self._run(span)
+        end = self._q, self._velocity
+        return Course(*self._first, end, tuple(self._parts), self._changes, failure)
+
+    def _run(self, span: float) -> str:
         """Go on for a time; why it ended before, or nothing."""
         stage = self._flow.stage_after(self._q, self._velocity, None)
-        before, passed = None, 0.0
-        self._note_start()
         while self._clock < span:
-            step = self._solved(stage, span - self._clock, before, passed)
+            step = self._solved(stage)
             if step is None:
                 return f"the steps in time became too small at {self._clock:.3g} of {span:.3g} s"
-            passed = step.end(self._flow.after_a_change)
-            self._take(step, passed)
-            before = step
-            if passed < step.rule.step:
-                following = self._flow.stage_after(self._q, self._velocity, stage)
+            ends, left = step.end(), span - self._clock
+            self._take(step, min(ends, left))
+            if ends < min(left, step.rule.step):
+                stage = self._flow.stage_after(self._q, self._velocity, stage)
                 self._changes += 1
                 if self._changes > self._flow.most_changes:
                     return (
                         f"more than {self._flow.most_changes} changes of contact in "
                         f"{self._clock:.3g} of {span:.3g} s"
                     )
-                stage = following
         return ""
 
-    def trajectory(self, failure: str) -> Trajectory:
-        """The result, with the final state."""
-        return Trajectory(
-            q=self._q,
-            velocity=self._velocity,
-            changes=self._changes,
-            contact_time=self._contact_time,
-            q_at=self._q_at,
-            velocity_at=self._velocity_at,
-            speed_integral=self._speed_integral,
-            transition=self._transition,
-            failure=failure,
-        )
-
-    def _solved(
-        self, stage: SmoothStage, left: float, before: SmoothStep | None, passed: float
-    ) -> SmoothStep | None:
+    def _solved(self, stage: SmoothStage) -> SmoothStep | None:
         """The next step, as long as the remainder allows; None where none is short enough."""
-        turn = _LONGEST_TURN if self._transition is None else _TURN_ALONG
-        longest = turn / float(stage.linear.nu[-1])
-        shortest = _SHORTEST * self._step
-        while self._step > longest:
-            self._step /= 2
+        flow, longest = self._flow, self._flow.longest_turn / float(stage.linear.nu[-1])
         start = Start.of(stage, self._q, self._velocity, self._size)
-        while self._step > shortest:
-            length = min(self._step, left)
-            rule = self._flow.rule(stage, length, keep=length == self._step)
-            guess = self._guess(stage, before, passed, length)
-            found = SmoothStep.solved(stage, rule, start, guess)
-            error = found.tail / self._size if found else np.inf
-            if found and error <= self._flow.tolerance:
-                if length == self._step:
-                    self._lengthen(error)
+        rungs = self._rungs
+        rungs.reach(longest)
+        for _ in range(_TRIES):
+            rule = flow.rule(stage, rungs.step)
+            guess = self._guess(stage, rungs.step)
+            found = SmoothStep.solved(stage, rule, start, guess, flow.iterated)
+            error = found.tail / self._size / flow.tolerance if found else np.inf
+            if found and error <= 1:
+                rungs.accepted(error)
                 return found
-            self._step, self._patience = self._step / 2, _PATIENCE
+            rungs.refused(error)
         return None
 
-    def _lengthen(self, error: float) -> None:
-        """Try a longer step next, if the last one was easy, and no longer one failed just now."""
-        self._patience -= 1
-        if self._patience < 0 and error <= _EASY * self._flow.tolerance:
-            self._step *= 2
-
-    def _guess(
-        self, stage: SmoothStage, before: SmoothStep | None, passed: float, length: float
-    ) -> Array:
-        if before is not None:
-            return before.continued(passed, length)
+    def _guess(self, stage: SmoothStage, length: float) -> Array:
+        """Pushes at the nodes of the next step: those of the last one, gone on with."""
+        if self._parts:
+            last = self._parts[-1]
+            return last.step.continued(last.passed, length)
         first = stage.remainder(stage.seen(self._q[None], self._velocity[None]))
-        return np.repeat(first, self._flow.nodes, axis=0)
-
-    def _note_start(self) -> None:
-        at = self._times <= 0
-        self._q_at[at], self._velocity_at[at] = self._q, self._velocity
+        return np.repeat(first, self._flow.nodes, axis=1)
 
     def _take(self, step: SmoothStep, passed: float) -> None:
         """Go on by a part of a step."""
-        at = (self._times > self._clock) & (self._times <= self._clock + passed)
-        if at.any():
-            self._q_at[at], self._velocity_at[at] = step.states(self._times[at] - self._clock)
-        if not np.isnan(self._speed_integral):
-            self._speed_integral += step.speed_integral(passed)
-        self._contact_time += passed * step.stage.linear.contact
-        self._q, self._velocity, self._transition = step.after(passed, self._transition)
+        self._q, self._velocity = step.after(passed)
+        self._parts.append(Part(step, passed))
         self._clock += passed

@@ -29,20 +29,34 @@ _POINTS = 16
 
 
 @dataclass(frozen=True, slots=True)
+class GaussPoints:
+    """Gauss points on [0, 1].
+
+    Attributes:
+        at: Points, shape (s,).
+        weight: Weights of the integral over [0, 1], shape (s,).
+    """
+
+    at: Array
+    weight: Array
+
+
+@dataclass(frozen=True, slots=True)
 class GaussNodes:
     """Gauss points on [0, 1], and polynomials through values there.
 
     Attributes:
         at: Points, shape (s,).
-        weight: Weights of the integral over [0, 1], shape (s,).
         to_legendre: From values to Legendre coefficients, shape (s, s).
         barycentric: Weights of the barycentric formula, shape (s,).
+        first_few: From values to a polynomial of lower degree, in powers of the place, that has
+            the same first Legendre coefficients, shape (min(7, s), s).
     """
 
     at: Array
-    weight: Array
     to_legendre: Array
     barycentric: Array
+    first_few: Array
 
     @classmethod
     def of(cls, count: int) -> GaussNodes:
@@ -51,11 +65,12 @@ class GaussNodes:
         degree = np.arange(count)
         P = np.polynomial.legendre.legvander(x, count - 1)
         signs = (-1.0) ** np.arange(count)
+        to_legendre = (P * weight[:, None]).T * (degree[:, None] + 0.5)
         return cls(
             at=(x + 1) / 2,
-            weight=weight / 2,
-            to_legendre=(P * weight[:, None]).T * (degree[:, None] + 0.5),
+            to_legendre=to_legendre,
             barycentric=signs * np.sqrt((1 - x**2) * weight),
+            first_few=_powers(min(_FIRST_FEW, count)) @ to_legendre[:_FIRST_FEW],
         )
 
     def basis(self, at: Array) -> Array:
@@ -68,9 +83,27 @@ class GaussNodes:
         return np.asarray(parts / parts.sum(axis=-1, keepdims=True))
 
     def beyond(self, at: Array, values: Array) -> Array:
-        """A guess at values of shape (s, n) at places beyond 1, shape (t,), of shape (t, n)."""
-        coefficients = self.to_legendre[:_FIRST_FEW] @ values
-        return np.polynomial.legendre.legvander(2 * at - 1, _FIRST_FEW - 1) @ coefficients
+        """A guess at values of shape (n, s) at places beyond 1, shape (t,), of shape (n, t)."""
+        return np.asarray(
+            values @ self.first_few.T @ (at ** np.arange(len(self.first_few))[:, None])
+        )
+
+
+def _powers(count: int) -> Array:
+    """Coefficients of powers of t, rows, of the Legendre polynomials of 2 t - 1."""
+    shifted = np.polynomial.Polynomial([-1.0, 2.0])
+    columns = np.zeros((count, count))
+    for degree in range(count):
+        power = np.polynomial.legendre.Legendre.basis(degree).convert(kind=np.polynomial.Polynomial)
+        columns[: degree + 1, degree] = power(shifted).coef
+    return columns
+
+
+@cache
+def gauss_points(count: int) -> GaussPoints:
+    """So many points; they are made once."""
+    x, weight = np.polynomial.legendre.leggauss(count)
+    return GaussPoints((x + 1) / 2, weight / 2)
 
 
 @cache
@@ -83,61 +116,60 @@ def gauss_nodes(count: int) -> GaussNodes:
 class Weights:
     """What values of the remainder at the nodes do to oscillators at some times of a step.
 
+    Coordinates at the times come first, then velocities.
+
     Attributes:
-        nu: Circular frequencies of the oscillators, shape (J,).
-        cosine: cos(nu t), shape (J, t).
-        sine: sin(nu t), shape (J, t).
-        both: Weights of the remainder in x, and below them those in x', shape (J, 2 t, s).
+        by_x: By coordinates at the start: cos(nu t) and -nu sin(nu t), shape (J, 2 t).
+        by_rate: By velocities there: sin(nu t) / nu and cos(nu t), shape (J, 2 t).
+        both: By values of the remainder, shape (J, 2 t, s).
     """
 
-    nu: Array
-    cosine: Array
-    sine: Array
+    by_x: Array
+    by_rate: Array
     both: Array
 
     @classmethod
     def of(cls, nodes: GaussNodes, nu: Array, step: float, times: Array) -> Weights:
         """At times from 0 to `step`, shape (t,), of oscillators with nu > 0, shape (J,)."""
         longest = float(times.max(initial=0.0))
-        inner = gauss_nodes(_POINTS + int(np.ceil(longest * nu[-1] / 2)))
+        inner = gauss_points(_POINTS + int(np.ceil(longest * nu[-1] / 2)))
         passed = times[:, None] * inner.at
         basis = nodes.basis(passed / step) * (times[:, None] * inner.weight)[:, :, None]
         angle = nu[:, None] * (times[:, None] - passed)[:, None, :]
-        turned = nu[:, None] * times
         both = np.concatenate([np.sin(angle) @ basis / nu[:, None], np.cos(angle) @ basis])
-        return cls(nu, np.cos(turned), np.sin(turned), np.ascontiguousarray(both.swapaxes(0, 1)))
+        frequency = nu[:, None]
+        turned = frequency * times
+        cosine, sine = np.cos(turned), np.sin(turned)
+        return cls(
+            by_x=np.concatenate([cosine, -frequency * sine], axis=1),
+            by_rate=np.concatenate([sine / frequency, cosine], axis=1),
+            both=np.ascontiguousarray(both.swapaxes(0, 1)),
+        )
 
-    def motion(self, x: Array, rate: Array, remainder: Array) -> tuple[Array, Array]:
-        """Coordinates and velocities of a motion, each of shape (J, t).
+    def motion(self, x: Array, rate: Array, remainder: Array) -> Array:
+        """Coordinates and, beside them, velocities of a motion, shape (J, 2 t).
 
         Args:
             x: Coordinates at the start, shape (J,).
             rate: Their velocities, shape (J,).
             remainder: Remainder at the nodes, shape (J, s).
         """
-        x, rate, nu = x[:, None], rate[:, None], self.nu[:, None]
-        pulled = (self.both @ remainder[:, :, None])[:, :, 0]
-        count = self.cosine.shape[1]
-        return (
-            self.cosine * x + self.sine / nu * rate + pulled[:, :count],
-            self.cosine * rate - self.sine * nu * x + pulled[:, count:],
-        )
+        moved = (self.both @ remainder[:, :, None])[:, :, 0]
+        moved += self.by_x * x[:, None]
+        moved += self.by_rate * rate[:, None]
+        return np.asarray(moved)
 
-    def carried(self, start: Array, directions: Array, pushes: Array) -> tuple[Array, Array]:
-        """Changes of coordinates and velocities at the only time, each of shape (J, c).
+    def carried(self, start: Array, directions: Array, pushes: Array) -> Array:
+        """Changes of coordinates and, below, velocities at the only time, shape (2 J, c).
 
         Args:
-            start: Those at the start, one below the other, shape (2 J, c).
+            start: Those at the start, shape (2 J, c).
             directions: Directions of the pushes, shape (J, p).
-            pushes: Changes of the pushes at the nodes, shape (s, p, c).
+            pushes: Changes of the pushes at the nodes, shape (p s, c).
         """
-        modes, columns = len(self.nu), start.shape[1]
-        by_pushes = self.both[:, :, :, None] * directions[:, None, None, :]
-        count = pushes.shape[0] * pushes.shape[1]
-        pulled = by_pushes.reshape(2 * modes, count) @ pushes.reshape(count, columns)
-        x, rate = start[:modes], start[modes:]
-        pulled = pulled.reshape(modes, 2, columns)
-        return (
-            self.cosine * x + self.sine / self.nu[:, None] * rate + pulled[:, 0],
-            self.cosine * rate - self.sine * self.nu[:, None] * x + pulled[:, 1],
-        )
+        modes, columns = len(self.by_x), start.shape[1]
+        by_pushes = self.both[:, :, None] * directions[:, None, :, None]
+        moved = (by_pushes.reshape(2 * modes, -1) @ pushes).reshape(modes, 2, columns)
+        moved += self.by_x[:, :, None] * start[:modes, None]
+        moved += self.by_rate[:, :, None] * start[modes:, None]
+        return np.ascontiguousarray(moved.swapaxes(0, 1)).reshape(start.shape)

@@ -86,9 +86,10 @@ def periodic_motion(
     if at.miss.failure:
         return Found(unknowns, at.miss, 0, at.miss.failure)
     while at.iterations < steps.iterations:
-        values, jacobian = _rows(at.miss, keep_energy)
+        values = _values(at.miss, keep_energy)
         if np.linalg.norm(values) <= steps.tolerance:
             return at
+        jacobian = at.miss.jacobian[: len(values)]
         step = _bounded(np.linalg.lstsq(jacobian, -values, rcond=None)[0], steps)
         better = _line_search(equations, at, step, steps, keep_energy)
         if better is None:
@@ -175,14 +176,13 @@ def _tangent(miss: Miss, before: Array) -> Array:
     return family_tangent(miss, before if before.size else -miss.energy_error * miss.jacobian[-1])
 
 
-def _rows(miss: Miss, keep_energy: bool) -> tuple[Array, Array]:
-    """The equations to solve and their derivative."""
-    last = None if keep_energy else -1
-    return miss.values[:last], miss.jacobian[:last]
+def _values(miss: Miss, keep_energy: bool) -> Array:
+    """What the equations to solve miss."""
+    return miss.values if keep_energy else miss.values[:-1]
 
 
 def _size(miss: Miss, keep_energy: bool) -> float:
-    return float(np.linalg.norm(_rows(miss, keep_energy)[0]))
+    return float(np.linalg.norm(_values(miss, keep_energy)))
 
 
 def _bounded(step: Array, steps: Steps) -> Array:

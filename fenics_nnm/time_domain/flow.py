@@ -78,6 +78,11 @@ class Flow:
         """Contact forces in N at states of shape (s, J), shape (s, n_c)."""
         return self._book.forces(q)
 
+    @property
+    def rough(self) -> Flow:
+        """Itself: it is as cheap as it can be."""
+        return self
+
     def acceleration(self, q: Array, velocity: Array) -> Array:
         """Acceleration -omega^2 q - Phi^T lambda(q), shape (J,)."""
         return -self._book.at(q).pull(q)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -21,8 +22,8 @@ class Trajectory:
         q_at: Coordinates at the wanted times, shape (len(times), J); nan after a failure.
         velocity_at: Velocities there.
         speed_integral: Integral of |velocity|^2 in J s; nan if not wanted.
-        transition: Derivatives of the final (q, velocity) along changes of the first, shape
-            (2 J, c), if wanted.
+        derivative: Gives the derivatives of the final (q, velocity) along changes of the first,
+            shape (2 J, c); None if they are not wanted.
         failure: Empty, or why the motion was not followed to the end.
     """
 
@@ -33,8 +34,13 @@ class Trajectory:
     q_at: Array
     velocity_at: Array
     speed_integral: float
-    transition: Array | None = None
+    derivative: Callable[[], Array] | None = None
     failure: str = ""
+
+    @property
+    def transition(self) -> Array | None:
+        """Those derivatives, if wanted."""
+        return self.derivative() if self.derivative else None
 
 
 class Integrator(Protocol):
@@ -65,6 +71,10 @@ class Integrator(Protocol):
                 derivative of the final state is wanted.
             speeds: Whether the integral of |velocity|^2 is wanted.
         """
+
+    @property
+    def rough(self) -> Integrator:
+        """The same for what is compared with parts of the motion, far above 1e-8, alone."""
 
     def acceleration(self, q: Array, velocity: Array) -> Array:
         """Acceleration of a state, shape (J,)."""

@@ -22,6 +22,9 @@ _INSIDE = np.linspace(0.0, 1.0, 17)[1:-1]
 #: A margin that comes down to this part of what it has at both ends is looked at closely.
 _NEAR = 0.1
 
+#: The cubic is below the lower of its ends by this part of its slopes at both, at most.
+_DEEPEST = 4 / 27 + 1e-6
+
 #: Steps to a zero, and the part of the time at which it has arrived.
 _STEPS, _ARRIVED = 60, 1e-14
 
@@ -62,9 +65,13 @@ class Margins:
         turns = (self.rates[:-1] < 0) & (self.rates[1:] > 0)
         at, point = np.nonzero(turns)
         if len(at):
-            ends, t = self._ends(at, point), _INSIDE[:, None]
-            lowest = _cubic(t, *ends)[0].min(axis=0)
-            turns[at, point] = lowest < _NEAR * np.minimum(ends[0], ends[1])
+            before, after, falls, rises = ends = self._ends(at, point)
+            low = np.minimum(before, after)
+            near = low - _DEEPEST * (rises - falls) < _NEAR * low
+            turns[at, point] = near
+            if near.any():
+                lowest = _cubic(_INSIDE[:, None], *(each[near] for each in ends))[0].min(axis=0)
+                turns[at[near], point[near]] = lowest < _NEAR * low[near]
         return np.asarray(turns)
 
     def _ends(self, at: Indices | int, point: Indices | int) -> tuple[Array, Array, Array, Array]:

@@ -21,10 +21,8 @@ class MasterPairs(Pairs):
         return len(self.first)
 
     def monomials(self, q: Array) -> Array:
-        """Products of masters (s, k), shape (s, P)."""
-        if self.count == 1:
-            return q * q
-        return np.asarray(q[:, self.first] * q[:, self.second])
+        """Products of masters (k, ..), shape (P, ..)."""
+        return np.asarray(q[self.first] * q[self.second])
 
     def product_slopes(self, q: Array) -> Array:
         """Their derivatives by the masters, shape (s, P, k)."""
@@ -46,14 +44,12 @@ class MasterPairs(Pairs):
         return np.asarray(np.where(self.first == self.second, both / 2, both))
 
     def product_rates(self, q: Array, velocity: Array) -> Array:
-        """Rates of products of masters (s, k) that move, shape (s, P)."""
+        """Rates of products of masters (k, ..) that move, shape (P, ..)."""
         first, second = self.first, self.second
-        return np.asarray(q[:, first] * velocity[:, second] + velocity[:, first] * q[:, second])
+        return np.asarray(q[first] * velocity[second] + velocity[first] * q[second])
 
     def matrices(self, values: Array) -> Array:
         """Symmetric matrices of values of pairs (s, P), shape (s, k, k)."""
-        if self.count == 1:
-            return values[:, :, None]
         return np.asarray(values[:, self.place])
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.time_domain.integrator import Integrator
+from fenics_nnm.time_domain.integrator import Integrator, Trajectory
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +37,22 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class Miss:
-    """Left-hand sides of the equations, the energy's last, and their derivative by the unknowns."""
+    """What the equations miss at some unknowns.
+
+    Attributes:
+        values: Left-hand sides, the energy's last.
+        derivative: Gives their derivative by the unknowns.
+        failure: Empty, or why there are none.
+    """
 
     values: Array
-    jacobian: Array
+    derivative: Callable[[], Array]
     failure: str = ""
+
+    @property
+    def jacobian(self) -> Array:
+        """Derivative of the left-hand sides by the unknowns."""
+        return self.derivative()
 
     @property
     def energy_error(self) -> float:
@@ -90,17 +103,23 @@ class ReversibleMap:
     def miss(self, unknowns: Array) -> Miss:
         """Velocities after half a period and error of the energy, J + 1 equations."""
         q, rest, period = self.state(unknowns)
+        half = self.flow.run(q, rest, period / 2, along=np.eye(2 * len(q), len(q)))
+        energy = self.flow.energy(q, rest) / self.target.energy - 1
+        values = np.append(half.velocity / self.target.amplitude, energy)
+        return Miss(values, cache(partial(self._jacobian, q, half)), half.failure)
+
+    def _jacobian(self, q: Array, half: Trajectory) -> Array:
+        """Derivative of what is missed from coordinates at rest."""
         target, omega, modes = self.target, self.flow.model.omega, len(q)
-        half = self.flow.run(q, rest, period / 2, along=np.eye(2 * modes, modes))
-        energy = self.flow.energy(q, rest) / target.energy - 1
         jacobian = np.zeros((modes + 1, modes + 1))
-        if half.transition is not None:
-            jacobian[:modes, :modes] = half.transition[modes:] / omega
+        transition = half.transition
+        if transition is not None:
+            jacobian[:modes, :modes] = transition[modes:] / omega
         braking = self.flow.acceleration(half.q, half.velocity) * target.period / 2
         jacobian[:modes, modes] = braking / target.amplitude
-        by_q = self.flow.energy_gradient(q, rest)[:modes] / target.energy
+        by_q = self.flow.energy_gradient(q, np.zeros_like(q))[:modes] / target.energy
         jacobian[modes, :modes] = by_q * target.amplitude / omega
-        return Miss(np.append(half.velocity / target.amplitude, energy), jacobian, half.failure)
+        return jacobian
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,23 +147,28 @@ class GeneralMap:
         where they hold. It is left out (projected), or it would be an equation without a slope.
         """
         q, velocity, period = self.state(unknowns)
-        target, scale, size = self.target, self._scale, 2 * len(q)
+        scale, size = self._scale, 2 * len(q)
         after = self.flow.run(q, velocity, period, along=np.eye(size))
         gradient = self.flow.energy_gradient(q, velocity) / scale
         across = _projection(gradient)
+        ends = scale * np.concatenate([after.q, after.velocity])
+        shift = self._phase_condition() @ (unknowns - self.start)[:-1]
+        energy = self.flow.energy(q, velocity) / self.target.energy - 1
+        values = np.concatenate([across @ (ends - unknowns[:-1]), [shift, energy]])
+        return Miss(values, cache(partial(self._jacobian, after, gradient, across)), after.failure)
+
+    def _jacobian(self, after: Trajectory, gradient: Array, across: Array) -> Array:
+        """Derivative of what is missed from a state with a gradient of the energy."""
+        target, scale, size = self.target, self._scale, len(gradient)
         jacobian = np.zeros((size + 2, size + 1))
-        if after.transition is not None:
-            returned = scale[:, None] * after.transition / scale - np.eye(size)
+        transition = after.transition
+        if transition is not None:
+            returned = scale[:, None] * transition / scale - np.eye(size)
             jacobian[:size, :size] = across @ returned
         jacobian[:size, size] = across @ self._rate(after.q, after.velocity) * target.period
-        phase = self._phase_condition()
-        jacobian[size, :size] = phase
+        jacobian[size, :size] = self._phase_condition()
         jacobian[size + 1, :size] = gradient / target.energy
-        ends = scale * np.concatenate([after.q, after.velocity])
-        shift = phase @ (unknowns - self.start)[:-1]
-        energy = self.flow.energy(q, velocity) / target.energy - 1
-        values = np.concatenate([across @ (ends - unknowns[:-1]), [shift, energy]])
-        return Miss(values, jacobian, after.failure)
+        return jacobian
 
     @property
     def _scale(self) -> Array:

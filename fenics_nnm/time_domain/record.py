@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -65,6 +66,6 @@ class Record:
             q_at=self._q,
             velocity_at=self._velocity,
             speed_integral=self._speed_integral,
-            transition=self._transition,
+            derivative=None if self._transition is None else partial(np.asarray, self._transition),
             failure=failure,
         )

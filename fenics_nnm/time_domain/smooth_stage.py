@@ -29,7 +29,6 @@ class SmoothStage:
         mechanics: What a motion obeys.
         linear: The stage with linear kinematics.
         give: Contact forces by p - gap, zero rows for open points, shape (n_c, n_c).
-        margin: Margins by p - gap, see `mechanics.closed`, shape (n_c, n_c).
         remainder: N.
         course: Margins along the motion, from the coordinates of the stage.
     """
@@ -37,7 +36,6 @@ class SmoothStage:
     mechanics: Mechanics
     linear: LinearStage
     give: Array
-    margin: Array
     remainder: Remainder
     course: StageMargins
 
@@ -56,7 +54,7 @@ class SmoothStage:
         linear = LinearStage.of(model, active)
         remainder = Remainder.of(model, linear, give)
         course = StageMargins.of(model, linear, margin)
-        return cls(mechanics, linear, give, margin, remainder, course)
+        return cls(mechanics, linear, give, remainder, course)
 
     @property
     def active(self) -> Mask:
@@ -66,8 +64,8 @@ class SmoothStage:
     @property
     def nbytes(self) -> int:
         """Bytes of its arrays."""
-        own = self.give, self.margin, self.remainder.position, self.remainder.directions
-        return self.linear.nbytes + bytes_of(*own, self.course.linear, self.course.squared)
+        own = self.give, self.remainder.position, self.remainder.directions
+        return self.linear.nbytes + self.course.nbytes + bytes_of(*own)
 
     def excess(self, q: Array) -> Array:
         """P - gap at states of shape (s, J), shape (s, n_c)."""
@@ -76,8 +74,8 @@ class SmoothStage:
         return model.kinematics.closing.displaced(q @ model.Phi.T, basis, q) - model.gap
 
     def margins(self, q: Array) -> Array:
-        """Margins in m at states of shape (s, J), shape (s, n_c)."""
-        return np.asarray(self.excess(q) @ self.margin.T)
+        """Margins in m at coordinates of shape (J,), shape (n_c,)."""
+        return self.course.at(((q - self.linear.rest) @ self.linear.V)[:, None])[:, 0]
 
     def acceleration(self, q: Array, velocity: Array) -> Array:
         """Q'' of states of shape (s, J)."""
@@ -90,7 +88,8 @@ class SmoothStage:
         return kinematics.inertia.accelerated(q, -pull[:, :, None])[:, :, 0]
 
     def seen(self, q: Array, velocity: Array) -> Array:
-        """What the remainder sees of states of shape (s, J), shape (s, 3 k + P)."""
+        """What the remainder sees of states of shape (s, J), shape (3 k + P, s)."""
         linear, remainder = self.linear, self.remainder
-        position = (q - linear.rest) @ linear.V @ remainder.position.T + remainder.offset
-        return np.concatenate([position, velocity @ linear.V @ remainder.rate.T], axis=1)
+        position = remainder.position @ linear.V.T @ (q - linear.rest).T
+        position += remainder.offset[:, None]
+        return np.concatenate([position, remainder.rate @ linear.V.T @ velocity.T])

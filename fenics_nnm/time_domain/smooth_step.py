@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.time_domain.exponential_rule import Weights, gauss_nodes
+from fenics_nnm.time_domain.exponential_rule import Weights, gauss_points
 from fenics_nnm.time_domain.margins import Margins
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
 from fenics_nnm.time_domain.step_rule import Rule
@@ -18,9 +18,8 @@ _ROUND_OFF = 1e-13
 #: Iterations for the remainder; a step that needs more is halved.
 _ITERATIONS = 30
 
-#: Changes of the remainder below these parts of the motion: converged, if the next one would be,
-#: and stalled in round-off.
-_CONVERGED, _STALLED = 2e-15, 1e-12
+#: Changes of the remainder below this part of the motion that do not shrink are round-off.
+_STALLED = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +51,8 @@ class SmoothStep:
         stage: Stage.
         rule: Times and weights.
         start: State at the start.
-        seen: What the remainder sees at the nodes, shape (s, 3 k + P).
-        pushes: What it pushes by there, shape (s, P + k).
+        seen: What the remainder sees at the nodes, shape (3 k + P, s).
+        pushes: What it pushes by there, shape (P + k, s).
         remainder: Remainder at the nodes in coordinates of the stage, shape (J, s).
     """
 
@@ -66,7 +65,7 @@ class SmoothStep:
 
     @classmethod
     def solved(
-        cls, stage: SmoothStage, rule: Rule, start: Start, guess: Array
+        cls, stage: SmoothStage, rule: Rule, start: Start, guess: Array, converged: float
     ) -> SmoothStep | None:
         """The step from a state, by fixed-point iteration on the pushes.
 
@@ -74,24 +73,24 @@ class SmoothStep:
             stage: Stage.
             rule: Times and weights.
             start: State at the start.
-            guess: Pushes at the nodes to begin with, shape (s, P + k).
+            guess: Pushes at the nodes to begin with, shape (P + k, s).
+            converged: Change of the remainder, as a part of the motion, that the next iteration is
+                to be below.
 
         Returns:
             None where it does not converge.
         """
-        directions = stage.remainder.directions
         wide = start.size * (1 + rule.step * float(stage.linear.nu[-1]))
-        free = rule.free(start.x, start.rate)
+        free, reach = rule.free(start.x, start.rate), rule.step * stage.remainder.reach
         pushes, before = guess, np.inf
         for _ in range(_ITERATIONS):
-            seen = free + rule.seen_of(pushes)
+            seen = (free + rule.by_pushes @ pushes.ravel()).reshape(-1, pushes.shape[1])
             found = stage.remainder(seen)
-            moved = (found - pushes) @ directions.T
-            change = rule.step * float(np.abs(moved).max(initial=0.0))
+            change = float(reach @ np.abs(found - pushes).max(axis=1))
             pushes = found
             following = change * (change / before if before < np.inf else 1.0)
-            if following <= _CONVERGED * wide or before / 2 < change <= _STALLED * wide:
-                return cls(stage, rule, start, seen, pushes, directions @ pushes.T)
+            if following <= converged * wide or before / 2 < change <= _STALLED * wide:
+                return cls(stage, rule, start, seen, pushes, stage.remainder.directions @ pushes)
             if not change < 1e3 * before:
                 return None
             before = change
@@ -100,93 +99,87 @@ class SmoothStep:
     @property
     def tail(self) -> float:
         """Size of the highest coefficients of the remainder, as a velocity."""
-        coefficients = self.rule.nodes.to_legendre[-2:] @ self.remainder.T
-        highest = np.linalg.norm(coefficients, axis=1)
+        coefficients = self.pushes @ self.rule.nodes.to_legendre[-2:].T
+        highest = np.linalg.norm(self.stage.remainder.directions @ coefficients, axis=0)
         return self.rule.step * float(max(highest[1], highest[0] / 8))
 
     def states(self, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities at times of the step, each of shape (t, J)."""
         return self._states(self._weights(times))
 
-    def after(self, time: float, changes: Array | None) -> tuple[Array, Array, Array | None]:
-        """Coordinates and velocities at a time, and changes of them.
+    def after(self, time: float) -> tuple[Array, Array]:
+        """Coordinates and velocities at a time, each of shape (J,)."""
+        q, velocity = self._states(self._weights_at(time))
+        return q[0], velocity[0]
 
-        Args:
-            time: Time from the start.
-            changes: Changes (2 J, c) of the state at the start, or None.
-        """
-        at_end = time == self.rule.step
-        weights = self.rule.at_end if at_end else self._weights(np.array([time]))
-        q, velocity = self._states(weights)
-        carried = None if changes is None else self._carried(weights, changes)
-        return q[0], velocity[0], carried
-
-    def continued(self, step: float, following: float) -> Array:
-        """Pushes at the nodes of a following step, if it goes on, shape (s, P + k).
-
-        Args:
-            step: Time from the start at which that begins.
-            following: Its length.
-        """
-        nodes = self.rule.nodes
-        return nodes.beyond((step + following * nodes.at) / self.rule.step, self.pushes)
-
-    def speed_integral(self, time: float) -> float:
-        """Integral of |q'|^2 from the start to a time, in J s."""
-        turn = int(np.ceil(time * self.stage.linear.nu[-1]))
-        inner = gauss_nodes(len(self.rule.nodes.at) + turn)
-        _, velocity = self.states(time * inner.at)
-        return time * float(inner.weight @ np.sum(velocity**2, axis=1))
-
-    def end(self, start: float) -> float:
-        """First time after `start` at which a margin is negative, or the end of the step."""
-        rule, own = self.rule, self.start
-        if start >= rule.step:
-            return rule.step
-        x, rate = rule.at_watched.motion(own.x, own.rate, self.remainder)
-        # so early that what the motion bends by is round-off
-        x, rate = np.vstack([own.x + start * own.rate, x.T]), np.vstack([own.rate, rate.T])
-        times = np.append(start, rule.watched)
-        margins, rates, size = self.stage.course.at(x, rate)
-        late = times >= start
-        found = Margins(times[late], margins[late], rates[late], -_ROUND_OFF * size)
-        return found.first_negative(self._margin_at)
-
-    def _carried(self, weights: Weights, changes: Array) -> Array:
+    def carried(self, time: float, changes: Array) -> Array:
         """Changes (2 J, c) of the state at the start, at a time of this step.
 
         With B the slopes of the pushes, and h what is seen of the changes without pushes, these
         change by u = B (h + A u): (P + k) s equations for all changes at once.
         """
-        V, rule, directions = self.stage.linear.V, self.rule, self.stage.remainder.directions
-        start = np.concatenate([V.T @ each for each in np.split(changes, 2)])
-        slopes, size, columns = (
-            self.stage.remainder.slopes(self.seen),
-            self.pushes.size,
-            changes.shape[1],
-        )
-        nodes, seen = self.seen.shape
-        free = (rule.by_start @ start).reshape(nodes, seen, columns)
-        matrix = np.eye(size) - (slopes @ rule.by_pushes.reshape(nodes, seen, size)).reshape(
-            size, size
-        )
-        pushes = np.linalg.solve(matrix, (slopes @ free).reshape(size, columns))
-        ends = weights.carried(start, directions, pushes.reshape(*self.pushes.shape, columns))
-        return np.concatenate([V @ each for each in ends])
+        V, rule, modes = self.stage.linear.V, self.rule, len(changes) // 2
+        start = np.concatenate([V.T @ changes[:modes], V.T @ changes[modes:]])
+        slopes = self.stage.remainder.slopes(self.seen)
+        matrix = np.eye(self.pushes.size) - self._pushed(slopes, rule.by_pushes)
+        pushes = np.linalg.solve(matrix, self._pushed(slopes, rule.by_start @ start))
+        ends = self._weights_at(time).carried(start, self.stage.remainder.directions, pushes)
+        return np.concatenate([V @ ends[:modes], V @ ends[modes:]])
+
+    def continued(self, step: float, following: float) -> Array:
+        """Pushes at the nodes of a following step, if it goes on, shape (P + k, s).
+
+        Args:
+            step: Time from the start at which that begins.
+            following: Its length.
+        """
+        rule, nodes = self.rule, self.rule.nodes
+        if step == following == rule.step:
+            return np.asarray(self.pushes @ rule.onwards)
+        return nodes.beyond((step + following * nodes.at) / rule.step, self.pushes)
+
+    def speed_integral(self, time: float) -> float:
+        """Integral of |q'|^2 from the start to a time, in J s."""
+        turn = int(np.ceil(time * self.stage.linear.nu[-1]))
+        inner = gauss_points(len(self.rule.nodes.at) + turn)
+        _, velocity = self.states(time * inner.at)
+        return time * float(inner.weight @ np.sum(velocity**2, axis=1))
+
+    def end(self) -> float:
+        """First time at which a margin is negative, from the first that is watched, or the end."""
+        rule = self.rule
+        if rule.watched[0] >= rule.step:
+            return rule.step
+        margins, rates, size = self._margins(rule.at_watched)
+        found = Margins(rule.watched, margins.T, rates.T, -_ROUND_OFF * size)
+        return found.first_negative(self._margin_at)
+
+    def _pushed(self, slopes: Array, seen: Array) -> Array:
+        """Changes of pushes by what is seen at the nodes, columns of shape ((3 k + P) s, c)."""
+        by_node = seen.reshape(*self.seen.shape, seen.shape[1]).swapaxes(0, 1)
+        return (slopes @ by_node).swapaxes(0, 1).reshape(self.pushes.size, seen.shape[1])
+
+    def _weights_at(self, time: float) -> Weights:
+        return self.rule.at_end if time == self.rule.step else self._weights(np.array([time]))
 
     def _weights(self, times: Array) -> Weights:
         return Weights.of(self.rule.nodes, self.stage.linear.nu, self.rule.step, times)
 
+    def _motion(self, weights: Weights) -> Array:
+        """Coordinates of the stage and, beside them, their velocities, (J, 2 t)."""
+        return weights.motion(self.start.x, self.start.rate, self.remainder)
+
     def _states(self, weights: Weights) -> tuple[Array, Array]:
         """Coordinates and velocities of the model, (t, J)."""
-        linear, start = self.stage.linear, self.start
-        x, rate = weights.motion(start.x, start.rate, self.remainder)
-        return linear.rest + x.T @ linear.V.T, rate.T @ linear.V.T
+        linear, moved = self.stage.linear, self._motion(weights).T @ self.stage.linear.V.T
+        count = len(moved) // 2
+        return linear.rest + moved[:count], moved[count:]
+
+    def _margins(self, weights: Weights) -> tuple[Array, Array, Array]:
+        """Margins, their rates and sizes, see `StageMargins.along`."""
+        return self.stage.course.along(self._motion(weights))
 
     def _margin_at(self, point: int, time: float) -> tuple[float, float]:
         """A margin and its rate at a time."""
-        x, rate = self._weights(np.array([time])).motion(
-            self.start.x, self.start.rate, self.remainder
-        )
-        margins, rates, _ = self.stage.course.at(x.T, rate.T)
-        return float(margins[0, point]), float(rates[0, point])
+        margins, rates, _ = self._margins(self._weights(np.array([time])))
+        return float(margins[point, 0]), float(rates[point, 0])

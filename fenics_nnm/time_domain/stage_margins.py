@@ -8,6 +8,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.time_domain.kept import bytes_of
 from fenics_nnm.time_domain.linear_stage import LinearStage
 from fenics_nnm.time_domain.master_pairs import MasterPairs, tensors_of
 
@@ -18,22 +19,18 @@ class StageMargins:
 
     Attributes:
         pairs: Pairs of masters.
-        masters: Masters by x, shape (k, J).
-        rest: Masters at x = 0, shape (k,).
-        linear: Phi V, shape (n_c, J).
-        squared: 1/2 Theta by products of masters, shape (P, n_c).
-        offset: Phi rest - gap, shape (n_c,).
-        margin: Margins by p - gap, shape (n_c, n_c).
+        points: Number of contact points.
+        by_x: Margins by x, but for what bends, and masters below, shape (n_c + k, J).
+        at_rest: The same at x = 0, shape (n_c + k, 1).
+        squared: Margins by products of masters, shape (n_c, P).
         gap: Gaps in m, shape (n_c,).
     """
 
     pairs: MasterPairs
-    masters: Array
-    rest: Array
-    linear: Array
+    points: int
+    by_x: Array
+    at_rest: Array
     squared: Array
-    offset: Array
-    margin: Array
     gap: Array
 
     @classmethod
@@ -41,30 +38,44 @@ class StageMargins:
         """Those of a stage, and its margins by p - gap."""
         masters = model.kinematics.masters
         pairs = MasterPairs.of(len(masters))
-        Theta = tensors_of(model)[0]
+        rows = np.vstack([margin @ model.Phi, np.eye(model.modes)[masters]])
+        at_rest = rows @ linear.rest
+        at_rest[: model.points] -= margin @ model.gap
         return cls(
             pairs=pairs,
-            masters=linear.V[masters],
-            rest=linear.rest[masters],
-            linear=model.Phi @ linear.V,
-            squared=pairs.weighted(Theta).T / 2,
-            offset=model.Phi @ linear.rest - model.gap,
-            margin=margin,
+            points=model.points,
+            by_x=rows @ linear.V,
+            at_rest=at_rest[:, None],
+            squared=margin @ pairs.weighted(tensors_of(model)[0]) / 2,
             gap=model.gap,
         )
 
-    def at(self, x: Array, rate: Array) -> tuple[Array, Array, Array]:
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
+        return bytes_of(self.by_x, self.at_rest, self.squared)
+
+    def at(self, x: Array) -> Array:
+        """Margins at coordinates of the stage, (J, t), shape (n_c, t)."""
+        return self._margins(self.by_x @ x + self.at_rest)
+
+    def along(self, motion: Array) -> tuple[Array, Array, Array]:
         """Margins, their rates, and the sizes of what they are differences of.
 
         Args:
-            x: Coordinates of the stage, shape (t, J).
-            rate: Their velocities, shape (t, J).
+            motion: Coordinates of the stage and, beside them, their velocities, shape (J, 2 t).
 
         Returns:
-            Shapes (t, n_c), (t, n_c) and (n_c,).
+            Shapes (n_c, t), (n_c, t) and (n_c,).
         """
-        q, velocity = x @ self.masters.T + self.rest, rate @ self.masters.T
-        excess = x @ self.linear.T + self.pairs.monomials(q) @ self.squared + self.offset
-        closing = rate @ self.linear.T + self.pairs.product_rates(q, velocity) @ self.squared
-        size = np.abs(excess).max(axis=0) + self.gap
-        return excess @ self.margin.T, closing @ self.margin.T, size
+        moved, count = self.by_x @ motion, motion.shape[1] // 2
+        places, rates = moved[:, :count] + self.at_rest, moved[:, count:]
+        turns = self.pairs.product_rates(places[self.points :], rates[self.points :])
+        margins = self._margins(places)
+        size = np.abs(margins).max(axis=1) + self.gap
+        return margins, rates[: self.points] + self.squared @ turns, size
+
+    def _margins(self, places: Array) -> Array:
+        """Margins from their linear part and the masters, (n_c + k, t)."""
+        bent = self.squared @ self.pairs.monomials(places[self.points :])
+        return np.asarray(places[: self.points] + bent)

@@ -16,19 +16,20 @@ from fenics_nnm.time_domain.remainder import Remainder
 class Rule:
     """Times and weights of a step.
 
-    What the remainder sees at the nodes, node by node, is affine in the state at the start and in
-    the pushes at the nodes.
+    What the remainder sees at the nodes, a row for each number and a column for each node, is
+    affine in the state at the start and in the pushes at the nodes.
 
     Attributes:
         step: Length in s.
         nodes: Gauss points, s of them.
-        offset: What is seen at x = 0, shape (3 k + P,).
+        offset: What is seen at x = 0, shape ((3 k + P) s,).
         by_start: What is seen by coordinates at the start, and their velocities below, of shape
-            (s (3 k + P), 2 J).
-        by_pushes: What is seen by the pushes, shape (s (3 k + P), s (P + k)).
+            ((3 k + P) s, 2 J).
+        by_pushes: What is seen by the pushes, shape ((3 k + P) s, (P + k) s).
         watched: Times at which margins are looked at, the last at the end, shape (d,).
         at_watched: Weights at these.
         at_end: Weights at the end.
+        onwards: From pushes to a guess at those of a following step of this length, shape (s, s).
     """
 
     step: float
@@ -39,22 +40,36 @@ class Rule:
     watched: Array
     at_watched: Weights
     at_end: Weights
+    onwards: Array
 
     @classmethod
-    def of(cls, nodes: GaussNodes, nu: Array, remainder: Remainder, step: float) -> Rule:
-        """Times apart by no more than a radian of the fastest mode."""
+    def of(
+        cls, nodes: GaussNodes, nu: Array, remainder: Remainder, step: float, first: float
+    ) -> Rule:
+        """A step in which margins are looked at a radian of the fastest mode apart, or less.
+
+        Args:
+            nodes: Gauss points.
+            nu: Circular frequencies of the stage, ascending, shape (J,).
+            remainder: Its remainder.
+            step: Length in s.
+            first: First time at which margins are looked at.
+        """
         count = max(8, int(np.ceil(step * nu[-1])))
         watched = step * np.arange(1, count + 1) / count
+        watched = np.append(first, watched[watched > first])
         at_nodes = Weights.of(nodes, nu, step, step * nodes.at)
+        offset = np.concatenate([remainder.offset, np.zeros(len(remainder.rate))])
         return cls(
             step=step,
             nodes=nodes,
-            offset=np.concatenate([remainder.offset, np.zeros(len(remainder.rate))]),
+            offset=np.repeat(offset, len(nodes.at)),
             by_start=_by_start(at_nodes, remainder),
             by_pushes=_by_pushes(at_nodes, remainder),
             watched=watched,
             at_watched=Weights.of(nodes, nu, step, watched),
-            at_end=Weights.of(nodes, nu, step, watched[-1:]),
+            at_end=Weights.of(nodes, nu, step, np.array([step])),
+            onwards=nodes.beyond(1 + nodes.at, np.eye(len(nodes.at))),
         )
 
     @property
@@ -64,27 +79,23 @@ class Rule:
         return bytes_of(self.by_start, self.by_pushes, *weights)
 
     def free(self, x: Array, rate: Array) -> Array:
-        """What is seen without pushes, from a state in coordinates of the stage, (s, 3 k + P)."""
-        seen = self.by_start @ np.concatenate([x, rate])
-        return np.asarray(seen.reshape(len(self.nodes.at), len(self.offset)) + self.offset)
-
-    def seen_of(self, pushes: Array) -> Array:
-        """What is seen of pushes (s, P + k), shape (s, 3 k + P)."""
-        return np.asarray((self.by_pushes @ pushes.ravel()).reshape(len(pushes), len(self.offset)))
+        """What is seen without pushes, from a state of the stage, shape ((3 k + P) s,)."""
+        return np.asarray(self.by_start @ np.concatenate([x, rate]) + self.offset)
 
 
 def _by_start(weights: Weights, remainder: Remainder) -> Array:
-    """Shape (s (3 k + P), 2 J)."""
-    cosine, sine, nu = weights.cosine.T[:, None], weights.sine.T[:, None], weights.nu
-    position, rate = remainder.position, remainder.rate
-    places = np.concatenate([position * cosine, position * (sine / nu)], axis=2)
-    rates = np.concatenate([rate * (-sine * nu), rate * cosine], axis=2)
-    rows = len(places) * remainder.seen
-    return np.concatenate([places, rates], axis=1).reshape(rows, 2 * len(nu))
+    """Shape ((3 k + P) s, 2 J)."""
+    both = np.stack([weights.by_x, weights.by_rate])
+    places, rates = np.split(both, 2, axis=2)
+    parts = [
+        np.einsum("ij,bjt->itbj", rows, at)
+        for rows, at in ((remainder.position, places), (remainder.rate, rates))
+    ]
+    return np.concatenate(parts).reshape(-1, 2 * both.shape[1])
 
 
 def _by_pushes(weights: Weights, remainder: Remainder) -> Array:
-    """Shape (s (3 k + P), s (P + k))."""
+    """Shape ((3 k + P) s, (P + k) s)."""
     nodes, pushes = weights.both.shape[2], remainder.pushes
     parts = []
     for rows, both in (
@@ -92,10 +103,10 @@ def _by_pushes(weights: Weights, remainder: Remainder) -> Array:
         (remainder.rate, weights.both[:, nodes:]),
     ):
         along = (rows[:, None, :] * remainder.directions.T).reshape(
-            len(rows) * pushes, len(weights.nu)
+            len(rows) * pushes, len(weights.both)
         )
-        found = along @ both.reshape(len(weights.nu), nodes**2)
+        found = along @ both.reshape(len(weights.both), nodes**2)
         parts.append(found.reshape(len(rows), pushes, nodes, nodes))
-    # (row, push, node, node of the push)
-    whole = np.concatenate(parts).transpose(2, 0, 3, 1)
+    # (row, node, push, node of the push)
+    whole = np.concatenate(parts).transpose(0, 2, 1, 3)
     return np.ascontiguousarray(whole).reshape(nodes * remainder.seen, nodes * pushes)

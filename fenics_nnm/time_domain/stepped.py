@@ -13,6 +13,7 @@ follows from the variational equations, stepped with the motion.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -67,7 +68,12 @@ class Stepped:
             return walk.trajectory(walk.first(q, velocity), "the state to start from is not finite")
         end, failure = walk.run(walk.first(q, velocity), span)
         found = walk.trajectory(end, failure)
-        return found if along is not None else replace(found, transition=None)
+        return found if along is not None else replace(found, derivative=None)
+
+    @property
+    def rough(self) -> Stepped:
+        """Itself: it has one error."""
+        return self
 
     def acceleration(self, q: Array, velocity: Array) -> Array:
         """Acceleration of a state, shape (J,)."""
@@ -150,7 +156,7 @@ class _Walk:
             q_at=self.q_at,
             velocity_at=self.velocity_at,
             speed_integral=float(state[2 * modes]),
-            transition=state[2 * modes + 1 :].reshape(self.along.shape),
+            derivative=partial(np.reshape, state[2 * modes + 1 :], self.along.shape),
             failure=failure,
         )
 

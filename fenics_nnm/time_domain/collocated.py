@@ -34,7 +34,7 @@ _MOMENT = 1e-9
 _FIRST = 1 / 8
 
 #: A step is iterated to this part of the tolerance.
-_ITERATED = 2e-6
+_ITERATED = 1e-5
 
 #: A step is tried with no more lengths than this.
 _TRIES = 60
@@ -199,8 +199,10 @@ class _Walk:
             step = self._solved(stage)
             if step is None:
                 return f"the steps in time became too small at {self._clock:.3g} of {span:.3g} s"
-            ends, left = step.end(), span - self._clock
-            self._take(step, min(ends, left))
+            (ends, motion), left = step.end(), span - self._clock
+            if ends > left:
+                ends, motion = left, step.after(left)
+            self._take(step, ends, motion)
             if ends < min(left, step.rule.step):
                 stage = self._flow.stage_after(self._q, self._velocity, stage)
                 self._changes += 1
@@ -236,8 +238,10 @@ class _Walk:
         first = stage.remainder(stage.seen(self._q[None], self._velocity[None]))
         return np.repeat(first, self._flow.nodes, axis=1)
 
-    def _take(self, step: SmoothStep, passed: float) -> None:
-        """Go on by a part of a step."""
-        self._q, self._velocity = step.after(passed)
+    def _take(self, step: SmoothStep, passed: float, motion: Array) -> None:
+        """Go on by a part of a step, to coordinates of its stage and their velocities, (J, 2)."""
+        linear = step.stage.linear
+        self._q, self._velocity = (linear.V @ motion).T
+        self._q += linear.rest
         self._parts.append(Part(step, passed))
         self._clock += passed

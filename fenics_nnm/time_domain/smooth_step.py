@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.time_domain.exponential_rule import Weights, gauss_points
 from fenics_nnm.time_domain.margins import Margins
+from fenics_nnm.time_domain.near_motion import NearMotion
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
 from fenics_nnm.time_domain.step_rule import Rule
 
@@ -81,12 +83,13 @@ class SmoothStep:
             None where it does not converge.
         """
         wide = start.size * (1 + rule.step * float(stage.linear.nu[-1]))
-        free, reach = rule.free(start.x, start.rate), rule.step * stage.remainder.reach
+        free, reach = rule.free(start.x, start.rate), rule.step * stage.remainder.reach[:, None]
         pushes, before = guess, np.inf
         for _ in range(_ITERATIONS):
             seen = (free + rule.by_pushes @ pushes.ravel()).reshape(-1, pushes.shape[1])
             found = stage.remainder(seen)
-            change = float(reach @ np.abs(found - pushes).max(axis=1))
+            moved = reach * (found - pushes)
+            change = math.sqrt(np.vdot(moved, moved))
             pushes = found
             following = change * (change / before if before < np.inf else 1.0)
             if following <= converged * wide or before / 2 < change <= _STALLED * wide:
@@ -105,12 +108,12 @@ class SmoothStep:
 
     def states(self, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities at times of the step, each of shape (t, J)."""
-        return self._states(self._weights(times))
+        linear, motion, count = self.stage.linear, self._motion(self._weights(times)), len(times)
+        return linear.rest + motion[:, :count].T @ linear.V.T, motion[:, count:].T @ linear.V.T
 
-    def after(self, time: float) -> tuple[Array, Array]:
-        """Coordinates and velocities at a time, each of shape (J,)."""
-        q, velocity = self._states(self._weights_at(time))
-        return q[0], velocity[0]
+    def after(self, time: float) -> Array:
+        """Coordinates of the stage and their velocities at a time, shape (J, 2)."""
+        return self._motion(self._weights_at(time))
 
     def carried(self, time: float, changes: Array) -> Array:
         """Changes (2 J, c) of the state at the start, at a time of this step.
@@ -145,14 +148,27 @@ class SmoothStep:
         _, velocity = self.states(time * inner.at)
         return time * float(inner.weight @ np.sum(velocity**2, axis=1))
 
-    def end(self) -> float:
-        """First time at which a margin is negative, from the first that is watched, or the end."""
-        rule = self.rule
+    def end(self) -> tuple[float, Array]:
+        """First time at which a margin is negative, from the first that is watched, or the end.
+
+        Returns:
+            The time, and coordinates of the stage and their velocities there, shape (J, 2).
+        """
+        rule, near = self.rule, NearMotion(self._derivatives, float(self.stage.linear.nu[-1]))
         if rule.watched[0] >= rule.step:
-            return rule.step
-        margins, rates, size = self._margins(rule.at_watched)
+            return rule.step, near.at(rule.step)
+        watched, count = self._motion(rule.at_watched), len(rule.watched)
+        margins, rates, size = self.stage.course.along(watched)
         found = Margins(rule.watched, margins.T, rates.T, -_ROUND_OFF * size)
-        return found.first_negative(self._margin_at)
+
+        def exact(point: int, time: float) -> tuple[float, float]:
+            margins, rates, _ = self.stage.course.along(near.at(time))
+            return float(margins[point, 0]), float(rates[point, 0])
+
+        time = found.first_negative(exact)
+        if time == rule.watched[-1]:
+            return time, watched[:, [count - 1, 2 * count - 1]]
+        return time, near.at(time)
 
     def _pushed(self, slopes: Array, seen: Array) -> Array:
         """Changes of pushes by what is seen at the nodes, columns of shape ((3 k + P) s, c)."""
@@ -169,17 +185,16 @@ class SmoothStep:
         """Coordinates of the stage and, beside them, their velocities, (J, 2 t)."""
         return weights.motion(self.start.x, self.start.rate, self.remainder)
 
-    def _states(self, weights: Weights) -> tuple[Array, Array]:
-        """Coordinates and velocities of the model, (t, J)."""
-        linear, moved = self.stage.linear, self._motion(weights).T @ self.stage.linear.V.T
-        count = len(moved) // 2
-        return linear.rest + moved[:count], moved[count:]
+    def _derivatives(self, time: float) -> Array:
+        """Coordinates of the stage at a time and five derivatives, shape (J, 6).
 
-    def _margins(self, weights: Weights) -> tuple[Array, Array, Array]:
-        """Margins, their rates and sizes, see `StageMargins.along`."""
-        return self.stage.course.along(self._motion(weights))
-
-    def _margin_at(self, point: int, time: float) -> tuple[float, float]:
-        """A margin and its rate at a time."""
-        margins, rates, _ = self._margins(self._weights(np.array([time])))
-        return float(margins[point, 0]), float(rates[point, 0])
+        By x'' = n - nu^2 x, without the third derivative of n.
+        """
+        x, rate = self._motion(self._weights_at(time)).T
+        n = self.remainder @ self.rule.nodes.derivatives(time / self.rule.step).T
+        found = np.empty((len(x), 6))
+        found[:, 0], found[:, 1], found[:, 5] = x, rate, 0.0
+        found[:, 2:5] = n / self.rule.step ** np.arange(3)
+        for order in range(2, 6):
+            found[:, order] -= self.stage.linear.nu**2 * found[:, order - 2]
+        return found

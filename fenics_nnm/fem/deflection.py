@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import ufl
@@ -13,6 +13,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.fem.cached_deflection import DeflectionKeeper
 from fenics_nnm.fem.loaded_form import large_deflection, pressing
 from fenics_nnm.fem.point_deflection import PointDeflection
 from fenics_nnm.fem.solid import Solid
@@ -30,7 +31,10 @@ class BodyForces:
         """Prepare for a body about its static state, or unloaded."""
         self._solid = solid
         comm = solid.tagged.mesh.comm
-        self._second, self._third = _Latest(self._pairs, comm), _Latest(self._all, comm)
+        self._keeper = DeflectionKeeper(solid)
+        second = partial(self._keeper.kept, "second derivatives", self._pairs)
+        third = partial(self._keeper.kept, "third derivatives", self._all)
+        self._second, self._third = _Latest(second, comm), _Latest(third, comm)
         self._bent, self._inertia = _OfSame(), _OfSame()
 
     def second(self, phi: Array) -> Array:
@@ -41,15 +45,17 @@ class BodyForces:
         """phi_i . f'''[phi_j, phi_k, phi_l], shape (k, k, k, k); on all ranks."""
         return self._third(phi)
 
-    def remembering(self, operators: Operators) -> Operators:
+    def remembering(self, operators: Operators, solver: str) -> Operators:
         """Operators that make no static displacement again for the forces of `second`.
 
         Contact points that are chosen anew leave these and their inertia as they are.
 
         Args:
             operators: Products of the body, always the same but for its contact points.
+            solver: What makes its static displacements.
         """
         static, mass = operators.static, operators.mass
+        static = partial(self._keeper.kept, f"static displacements by {solver}", static)
         return replace(
             operators,
             static=lambda forces: self._bent(forces, static),

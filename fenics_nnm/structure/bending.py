@@ -111,7 +111,8 @@ def bent(body: Bendable, reduction: Reduction, masters: Indices, solver: ModalSo
     Raises:
         ModelError: if its internal force has no potential.
     """
-    operators = body.forces.remembering(operators_of(body.solid, body.interface, solver))
+    operators = operators_of(body.solid, body.interface, solver)
+    operators = body.forces.remembering(operators, type(solver).__name__)
     return with_second_order(reduction, masters, operators, deflection_of(body))
 
 

@@ -14,6 +14,7 @@ from read_here import in_this_process
 
 from fenics_nnm.fem import cached_state, cad, surroundings
 from fenics_nnm.fem.cad_model import Cad, MeshCad
+from fenics_nnm.fem.deflection import BodyForces
 from fenics_nnm.fem.mesh_file import ReadMesh
 from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.static_state import _Newton
@@ -31,6 +32,9 @@ TURNING: dict[str, Any] = {
     **BEAM,
     "rotation": {"axis": "z", "speed": 60.0, "origin": [-0.5, 0.0, 0.0]},
 }
+
+#: The same with second-order kinematics.
+BENT: dict[str, Any] = {**TURNING, "body": {**TURNING["body"], "kinematics": "second-order"}}
 
 
 @pytest.fixture
@@ -104,7 +108,7 @@ def test_meshes_that_may_depend_on_other_files_are_not_kept(tmp_path: Path) -> N
 def test_state_and_modes_are_taken_bit_for_bit(kept: Cache, made: list[str]) -> None:
     first, again = analysed(TURNING), analysed(TURNING, contact={"gap": 1e-3})
     assert made == ["state", "modes"]
-    assert len(kept.files()) == 2
+    assert len(kept.files()) == 5  # and what makes second-order kinematics
     for one, other in (
         (first.modes.shapes, again.modes.shapes),
         (first.modes.omega, again.modes.omega),
@@ -134,6 +138,48 @@ def test_nothing_is_taken_for_another_body(
     analysed(TURNING)
     analysed(TURNING, **change)
     assert made == 2 * ["state", "modes"]
+
+
+@pytest.fixture
+def derived(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is computed, not taken, of second order."""
+    found: list[str] = []
+
+    def noted(name: str, work: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*given: Any) -> Any:
+            found.append(name)
+            return work(*given)
+
+        return call
+
+    for name in ("_pairs", "_all"):
+        monkeypatch.setattr(BodyForces, name, noted(name, getattr(BodyForces, name)))
+    return found
+
+
+def test_second_order_is_taken_bit_for_bit(kept: Cache, derived: list[str]) -> None:
+    first, again = analysed(BENT), analysed(BENT, contact={"gap": 1e-3})
+    assert derived == ["_pairs", "_all"]
+    assert first.reduction.bent_shapes.tobytes() == again.reduction.bent_shapes.tobytes()
+    for name, tensor in first.model.kinematics.tensors.items():
+        assert tensor.tobytes() == again.model.kinematics.tensors[name].tobytes()
+        assert np.abs(tensor).max() > 0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"rotation": {"speed": 61.0}},
+        {"material": {"young": 2.2e11}},
+        {"mode": {"number": 2}},
+    ],
+)
+def test_second_order_is_not_taken_for_another_body_or_mode(
+    kept: Cache, derived: list[str], change: dict[str, Any]
+) -> None:
+    analysed(BENT)
+    analysed(BENT, **change)
+    assert derived == 2 * ["_pairs", "_all"]
 
 
 def test_more_modes_are_found_anew(kept: Cache, made: list[str]) -> None:

@@ -128,7 +128,7 @@ def test_static_displacements_are_made_once_for_the_same_masters() -> None:
 
     for shapes in (phi, phi.copy(), phi[:, :1], phi[:, :1]):
         static, mass = (partial(times, factor) for factor in (2.0, 3.0))
-        kept = forces.remembering(Operators(mass, mass, static, mass, np.dot))
+        kept = forces.remembering(Operators(mass, mass, static, mass, np.dot), "factors")
         found = kept.mass(kept.static(forces.second(shapes)))
         assert found == pytest.approx(6 * forces.second(shapes), rel=1e-15)
     assert made == [(2.0, 3), (3.0, 3), (2.0, 1), (3.0, 1)]

@@ -15,7 +15,8 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.branch import Branch
-from fenics_nnm.backbone.damped_motions import DampedModel, damped_motions
+from fenics_nnm.backbone.damped_model import DampedModel
+from fenics_nnm.backbone.damped_motions import damped_motions
 from fenics_nnm.backbone.families import families
 from fenics_nnm.backbone.periodicity import followed
 from fenics_nnm.backbone.point import (

@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.damped_branch import DampedMaker
-from fenics_nnm.backbone.damped_motions import DampedModel
+from fenics_nnm.backbone.damped_model import DampedModel
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.light_damping import LightDamping
 from fenics_nnm.structure.damped_run import DampedRun

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fenics_nnm.backbone.damped_branch import DampedMaker, damped_branch
-from fenics_nnm.backbone.damped_motions import HEAVY, DampedModel
+from fenics_nnm.backbone.damped_model import HEAVY, DampedModel
 from fenics_nnm.backbone.damped_path import Step, walk
 from fenics_nnm.backbone.wanted import Progress
 from fenics_nnm.mechanics.fourier import FourierSeries

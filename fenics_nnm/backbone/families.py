@@ -91,6 +91,7 @@ class Course:
         linear: Which motions are linear, without contact.
         farthest: Points that are farther apart in x do not tell whether they follow.
         connected: Whether each point was followed continuously from the one before it.
+        joined: Numbers of the points that an exact family joins to the next one.
     """
 
     x: Array
@@ -102,9 +103,12 @@ class Course:
     linear: Array
     farthest: float
     connected: bool
+    joined: frozenset[int] = frozenset()
 
     @classmethod
-    def of(cls, points: Sequence[BranchPoint], *, connected: bool) -> Course:
+    def of(
+        cls, points: Sequence[BranchPoint], *, connected: bool, joined: frozenset[int] = frozenset()
+    ) -> Course:
         """That of points in the order of the branch."""
         x = np.log([point.gamma_ratio for point in points])
         y = np.log([point.frequency_ratio for point in points])
@@ -119,7 +123,7 @@ class Course:
         mild = slope / np.maximum(rise / max(usual, 1.0), 1.0)
         step = float(np.median(np.abs(np.diff(x)))) if len(x) > 1 else 0.0
         farthest = max(_FARTHEST, _STEPS * step)
-        return cls(x, y, slope, rise, mild, weight, linear, farthest, connected)
+        return cls(x, y, slope, rise, mild, weight, linear, farthest, connected, joined)
 
     def expected(self, i: int, j: int) -> Expected:
         """Between what ln f is expected to change from a point to a later one."""
@@ -140,7 +144,7 @@ class Course:
         slopes says; so it is over points in between, and with mild slopes: where a resonance has
         been left they are steeper, for a little while.
         """
-        if self._far(i, j) or (self.connected and j == i + 1):
+        if self._far(i, j) or (j == i + 1 and (self.connected or i in self.joined)):
             return j == i + 1
         expected = self.expected(i, j) if j == i + 1 else self.mildly(i, j)
         if j > i + 1 or min(self.rise[i], self.rise[j]) < LAGS:
@@ -183,6 +187,7 @@ class Families:
 
     Attributes:
         numbers: Number of the family of each point: `MAIN_BRANCH`, or 2, 3 ..
+        by_course: The same by the course of the frequency alone.
         behind: Whether the frequency of each lags behind the main branch, or may do so: it is off
             that and nearer to the linear one than the nearest link says (so are all where there
             are no links), or on it and no link, or among its last links, rises by little, and
@@ -191,21 +196,32 @@ class Families:
     """
 
     numbers: tuple[int, ...] = ()
+    by_course: tuple[int, ...] = ()
     behind: tuple[bool, ...] = ()
     jumps: tuple[Jump, ...] = ()
 
 
-def families(points: Sequence[BranchPoint], series: Series, *, connected: bool = False) -> Families:
+def families(
+    points: Sequence[BranchPoint],
+    series: Series,
+    *,
+    connected: bool = False,
+    joined: frozenset[int] = frozenset(),
+) -> Families:
     """The families of points in the order of the branch.
+
+    Points that an exact family joins to a neighbour are of its family, of the main branch first;
+    whether a frequency lags behind that is said of them as before.
 
     Args:
         points: Points.
         series: Series that they are written in.
         connected: Whether each was followed continuously from the one before it, as by arc-length.
+        joined: Numbers of the points that an exact family joins to the next one.
     """
     if not points:
         return Families()
-    course = Course.of(points, connected=connected)
+    course = Course.of(points, connected=connected, joined=joined)
     links = _links(course)
     numbers = _numbers(course, links)
     told = set(links) - set(_last(course, links))
@@ -217,7 +233,7 @@ def families(points: Sequence[BranchPoint], series: Series, *, connected: bool =
     ]
     ways = (i for i in range(len(points) - 1) if course.jumps(i))
     found = [_jump(course, points[i], points[i + 1], i, series) for i in ways]
-    return Families(tuple(numbers), tuple(behind), tuple(found))
+    return Families(tuple(_united(numbers, joined)), tuple(numbers), tuple(behind), tuple(found))
 
 
 def _links(course: Course) -> list[int]:
@@ -247,6 +263,15 @@ def _numbers(course: Course, links: list[int]) -> list[int]:
         main = course.linear[k] or k in links or _on_main(course, links, k)
         numbers.append(MAIN_BRANCH if main else _other(course, numbers, k))
     return numbers
+
+
+def _united(numbers: Sequence[int], joined: frozenset[int]) -> list[int]:
+    """The numbers where points that are joined are of one family: that of the smallest number."""
+    united = list(numbers)
+    for i in sorted(joined) + sorted(joined, reverse=True):
+        united[i] = united[i + 1] = min(united[i], united[i + 1])
+    order = sorted({MAIN_BRANCH, *united})
+    return [order.index(number) + MAIN_BRANCH for number in united]
 
 
 def _on_main(course: Course, links: list[int], k: int) -> bool:

@@ -31,7 +31,8 @@ from fenics_nnm.backbone.certificate import (
     certified,
     of_linear_mode,
 )
-from fenics_nnm.backbone.families import families
+from fenics_nnm.backbone.exact_joins import exact_joins
+from fenics_nnm.backbone.families import Families, families
 from fenics_nnm.backbone.family_jumps import Jump
 from fenics_nnm.backbone.periodicity import NOT_FOLLOWED, InTime, followed
 from fenics_nnm.backbone.point import (
@@ -130,14 +131,19 @@ def judged(
         shooting: Whether to shoot for the true motion near each point.
     """
     points = found.points
-    of = families(points, series, connected=found.connected)
-    others = np.delete(model.at_rest().omega, mode)
     evidence = _evidence_of(flow, series, points, shooting=shooting)
+    of = _families(flow, series, found, evidence)
+    others = np.delete(model.at_rest().omega, mode)
     places = [
         _place(
-            internal_resonance(model, series, point, number, mode, harmonic), point, number, late
+            internal_resonance(model, series, point, course, mode, harmonic),
+            point,
+            family,
+            behind=late or (course != MAIN_BRANCH and point.rise < STILL),
         )
-        for point, number, late in zip(points, of.numbers, of.behind, strict=True)
+        for point, family, course, late in zip(
+            points, of.numbers, of.by_course, of.behind, strict=True
+        )
     ]
     verdicts = [
         _judged(point, place, each, others, massless=model.massless)
@@ -176,11 +182,25 @@ class _Place:
     inside: bool
 
 
-def _place(resonance: str, point: BranchPoint, family: int, behind: bool) -> _Place:
+def _families(
+    flow: Integrator | None, series: Series, found: Followed, evidence: Sequence[_Evidence]
+) -> Families:
+    """Families by the course of the frequency, and by exact motions where that parts neighbours."""
+    points = found.points
+    of = families(points, series, connected=found.connected)
+    if flow is None:
+        return of
+    witnesses = [each.certificate.witness for each in evidence]
+    joined: frozenset[int] = frozenset()
+    while more := exact_joins(flow, points, witnesses, of, reversible=not series.free_phase):
+        joined |= more
+        of = families(points, series, connected=found.connected, joined=joined)
+    return of
+
+
+def _place(resonance: str, point: BranchPoint, family: int, *, behind: bool) -> _Place:
     """Where a point is; without a slope energy in a resonance is enough to be inside."""
-    untold = bool(np.isnan(point.rise))
-    stands_still = family != MAIN_BRANCH and point.rise < STILL
-    inside = untold or behind or stands_still
+    inside = bool(np.isnan(point.rise)) or behind
     return _Place(family, resonance, inside=bool(resonance) and inside)
 
 
@@ -266,6 +286,7 @@ def _verdict(point: BranchPoint, place: _Place, evidence: _Evidence, *, massless
     if place.inside:
         draw = "draw" if place.resonance == UNNAMED else "draws"
         status, reason = RESONANT, f"{place.resonance} {draw} energy from the motion"
+        reason += f"; not confirmed in time: {doubt}" if doubt else ", which is confirmed in time"
     elif doubt and place.family != MAIN_BRANCH:
         reason = f"{doubt}; a motion of family {place.family}, off the main branch"
     return Verdict(status, reason, place.resonance, confirmed=not doubt, family=place.family)

@@ -95,7 +95,7 @@ def test_good_points_are_verified(shooting: bool) -> None:
     points = branch(shooting=shooting)
     for point in (*points[:2], *points[3:]):
         assert (point.status, point.reason) == ("verified", "")
-    assert points[2].reason == "mode 3 in harmonic 6 draws energy from the motion"
+    assert points[2].reason.startswith("mode 3 in harmonic 6 draws energy from the motion")
     assert points[2].status == "inside resonance"
     exact = [point.orbit.frequency / point.motion.frequency - 1 for point in branch()]
     assert np.abs(exact).max() < 1e-5  # so what is verified without shooting is right

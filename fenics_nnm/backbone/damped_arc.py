@@ -31,18 +31,33 @@ _LANDS = 2.0
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """A motion on the way.
+
+    Attributes:
+        s: The number.
+        motion: Motion there.
+        grazes: Whether a contact begins or ends there.
+    """
+
+    s: float
+    motion: ResonantMotion
+    grazes: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class ArcWalk:
     """Where a way along a family came to.
 
     Attributes:
-        last: Number s and the last motion on the way.
-        folds: Those at which the family turns back.
+        last: The last place on the way.
+        folds: Places at which the family turns back.
         motion: The motion at s = 0; None if it does not come there.
         failure: Empty, or why it does not.
     """
 
-    last: tuple[float, ResonantMotion]
-    folds: tuple[tuple[float, ResonantMotion], ...] = ()
+    last: Place
+    folds: tuple[Place, ...] = ()
     motion: ResonantMotion | None = None
     failure: str = ""
 
@@ -59,24 +74,24 @@ def arc_walk(
     arc, (s, motion) = ResonantArc(equations), begin
     start = equations(s).unknowns(motion.q, motion.velocity, motion.omega, motion.level)
     at, length = arc.first(np.append(start, s), -1.0), _FIRST
-    folds: list[tuple[float, ResonantMotion]] = []
+    folds: list[Place] = []
     failure, steps = "", 0
     while not failure:
         landing = _to_zero(at)
         if landing <= length:
             if (found := _landed(equations, at, landing)) is not None:
-                return ArcWalk((0.0, found), tuple(folds), found)
+                return ArcWalk(Place(0.0, found), tuple(folds), found)
             length = landing / 2
         after, steps = arc.next(at, length), steps + 1
         if after is None:
             length /= 2
         else:
             if after.heading * at.heading < 0:
-                folds.append(_known(equations, after))
+                folds.append(_place(equations, after, at))
             length = _longer(length, after)
             at = after
         failure = _end(at, length, steps)
-    return ArcWalk(_known(equations, at), tuple(folds), failure=failure)
+    return ArcWalk(_place(equations, at, at), tuple(folds), failure=failure)
 
 
 def _longer(length: float, after: ArcPoint) -> float:
@@ -112,8 +127,10 @@ def _landed(
     return None if found.failure or far else found
 
 
-def _known(equations: Callable[[float], ResonantMap], at: ArcPoint) -> tuple[float, ResonantMotion]:
-    return at.s, _motion(equations(at.s), at.x)
+def _place(equations: Callable[[float], ResonantMap], at: ArcPoint, before: ArcPoint) -> Place:
+    """The place of a point, with the point before it."""
+    grazes = at.course.changes != before.course.changes
+    return Place(at.s, _motion(equations(at.s), at.x), grazes)
 
 
 def _motion(equations: ResonantMap, x: Array) -> ResonantMotion:

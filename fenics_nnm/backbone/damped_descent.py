@@ -42,14 +42,26 @@ def lowered(damped: DampedModel, gamma: float, heavy: ResonantMotion) -> Resonan
 
     found = walk(at, damped.model.omega, (1.0, heavy), 0.0, _DOWN)
     last = found.motions[-1]
-    if not found.failure:
-        return last
+    return by_arc(damped, gamma, (found.values[-1], last)) if found.failure else last
+
+
+def by_arc(
+    damped: DampedModel, gamma: float, begin: tuple[float, ResonantMotion]
+) -> ResonantMotion:
+    """The same by arc-length, from a motion on the way.
+
+    Args:
+        damped: Model with its damping.
+        gamma: Modal energy coordinate in kg m^2.
+        begin: Number s, and the motion there.
+    """
+    near = begin[1]
 
     def equations(s: float) -> ResonantMap:
-        return ResonantMap(_flow(damped, s), damped.push, gamma, last.omega, last.level)
+        return ResonantMap(_flow(damped, s), damped.push, gamma, near.omega, near.level)
 
-    way = arc_walk(equations, (found.values[-1], last))
-    return way.motion or replace(last, failure=_told(damped, way))
+    way = arc_walk(equations, begin)
+    return way.motion or replace(near, failure=_told(damped, way))
 
 
 def _flow(damped: DampedModel, s: float) -> DampedFlow:
@@ -58,12 +70,13 @@ def _flow(damped: DampedModel, s: float) -> DampedFlow:
 
 def _told(damped: DampedModel, way: ArcWalk) -> str:
     """Where a way ends, and what draws energy there."""
-    s, motion = min(way.folds, key=lambda fold: fold[0]) if way.folds else way.last
+    place = min(way.folds, key=lambda fold: fold.s) if way.folds else way.last
     verb = "folds" if way.folds else "ends"
-    share = largest_share(_flow(damped, s), motion, damped.mode)
+    share = largest_share(_flow(damped, place.s), place.motion, damped.mode)
+    grazes = "a contact begins or ends and " if place.grazes else ""
     return (
-        f"the way down in damping {verb} at {damped.least_other_at(s):.2%}, where {share} of the "
-        f"kinetic energy: {way.failure}"
+        f"the way down in damping {verb} at {damped.least_other_at(place.s):.2%}, where {grazes}"
+        f"{share} of the kinetic energy: {way.failure}"
     )
 
 

@@ -27,8 +27,10 @@ _DIFFERENCE = 1e-6
 #: step is to lower the miss by.
 _TOLERANCE, _STEPS, _LONGEST, _LOWERS = 1e-9, 8, 0.5, 0.7
 
-#: Cosine of the angle by which a family may turn over a step, and what it may be longer than that.
-_TURN, _LONGER = 0.8, 2.0
+#: Cosine of the angle by which a family may turn over a step, the same for steps below a length, as
+#: it turns with the square root of the way where a contact begins; and what the way from one motion
+#: to the next may be longer than the step.
+_TURN, _BEND, _SHORT, _LONGER = 0.8, 0.2, 1e-3, 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +122,7 @@ def _following(
     if tangent is None:
         return None
     tangent = tangent / np.linalg.norm(tangent)
-    turned = float(tangent @ before.tangent) < _TURN
+    turned = float(tangent @ before.tangent) < (_TURN if length > _SHORT else _BEND)
     far = np.linalg.norm(x - before.x) > _LONGER * length
     return None if turned or far else ArcPoint(x, tangent, course, iterations)
 

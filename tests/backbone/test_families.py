@@ -233,3 +233,15 @@ def test_energy_in_a_mode_is_no_resonance_on_the_main_branch() -> None:
         assert at[ratio].confirmed
     (jump,) = branch.jumps
     assert jump.gamma_ratios == (1.4, 1.5) and jump.change > 0.03 > jump.predicted[1] * 2
+
+
+def test_points_that_an_exact_family_joins_are_of_one_family() -> None:
+    """Of a beam at a very stiff stop the family of 3.6 goes on to 3.8, its frequency falling."""
+    energies = EnergyContinuation(3.5, 3.8, 0.1)
+    branch = follow(beam(6, 99.0), energies, HarmonicBalance(40, 384), mode=0, shooting=True)
+    assert families(branch.points, CosineSeries(40, 384)).numbers == (1, 1, 2, 2)
+    assert {each.family for each in branch.points} == {MAIN_BRANCH} and not branch.jumps
+    falling = branch.points[2:]
+    assert all(each.notes.slope < 0 and each.status == RESONANT for each in falling)
+    said = "other modes draw energy from the motion; not confirmed in time: after one period "
+    assert all(each.reason.startswith(said) for each in falling)

@@ -192,10 +192,7 @@ def _ended(
     last: float,
     series: FourierSeries,
 ) -> Branch:
-    """The branch with the jumps between its points, and why it ended.
-
-    Its main branch is that to which the way from heavy damping leads.
-    """
+    """The branch with the families of its points, the jumps between them, and why it ended."""
     reason = f"reached gamma_ratio = {last:g}: damped motions"
     if failures:
         ratio, why = failures[0]
@@ -203,7 +200,19 @@ def _ended(
             f"{len(failures)} of {len(failures) + len(points)} damped motions were not found, the "
             f"first at gamma ratio {ratio:g}: {why}"
         )
-    return Branch(tuple(points), failures, reason, jumps=families(points, series).jumps)
+    of = families(points, series)
+    numbered = zip(points, of.numbers, strict=True)
+    return Branch(
+        tuple(_of_family(point, number) for point, number in numbered),
+        failures,
+        reason,
+        jumps=of.jumps,
+    )
+
+
+def _of_family(point: BranchPoint, number: int) -> BranchPoint:
+    assert point.verdict is not None
+    return replace(point, verdict=replace(point.verdict, family=number))
 
 
 def _stability(motion: ResonantMotion) -> FloquetStability:

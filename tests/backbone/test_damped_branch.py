@@ -64,6 +64,19 @@ def test_frequency_is_that_of_the_model_whatever_the_harmonics() -> None:
     assert few.stability.multipliers == pytest.approx(many.stability.multipliers)
 
 
+def test_motions_that_do_not_follow_from_each_other_are_of_two_families() -> None:
+    """The tongue of mode 2 at 3 omega ends between gamma ratio 1.35 and 1.4."""
+    omega = np.array([1.0, 3.1])
+    model = ReducedModel(omega, np.array([[1.0, 1.0]]), np.array([[0.05]]), np.array([1.0]))
+    damped = DampedModel(model, np.diag(0.006 * omega), np.array([1.0, 0.0]), 0)
+    own = DampedMaker(damped, float("nan"), FourierSeries(12, 96))
+    found = damped_branch(own, (1.35, 1.4, 1.45))
+    first, second, third = (point.family for point in found.points)
+    assert first != second == third
+    (jump,) = found.jumps
+    assert jump.gamma_ratios == (1.35, 1.4) and jump.change > 0.1
+
+
 def test_known_points_are_taken_over() -> None:
     whole, heard = damped_branch(maker(), (0.5, 1.2)), []
     again = damped_branch(

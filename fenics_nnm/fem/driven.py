@@ -20,8 +20,7 @@ from fenics_nnm.fem.point_rows import attached_points, force_row, unit_rows
 from fenics_nnm.fem.pushes import Push
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
-from fenics_nnm.reduction.driven import DrivenBasis, DrivenPlaces, driven_basis
-from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.driven import BentModes, DrivenBasis, DrivenPlaces, driven_basis
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +41,7 @@ def driven(
     interface: ContactInterface,
     pushes: Iterable[Push],
     others: Others,
-    modes: LinearModes,
+    modes: BentModes,
     solver: ModalSolver,
     gap_motion: GapMotion = STILL,
 ) -> DrivenBasis:

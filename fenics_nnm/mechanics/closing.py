@@ -15,8 +15,12 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.mechanics.contact_law import ContactForces
-from fenics_nnm.mechanics.fourier import Series
+from fenics_nnm.mechanics.fourier import FourierSeries, Series, doubled
 from fenics_nnm.mechanics.sampled_tangent import sampled_tangent, tangent_of_few
+from fenics_nnm.mechanics.tangent_by_sets import tangent_by_sets
+
+#: A series, and coefficients in it of the displacement of contact points, shape (c, n_c).
+Curved = tuple[FourierSeries, Array]
 
 
 class Closing(Protocol):
@@ -41,18 +45,30 @@ class Closing(Protocol):
             q: Coefficients of the motion, shape (c, J).
         """
 
-    def pushed(self, linear: Array, series: Series, q: Array, force: Array) -> Array:
+    def pushed(self, linear: Array, series: Series, q: Array, forces: ContactForces) -> Array:
         """Harmonics of (Phi + Theta q)^T lambda from those of Phi^T lambda, shape (c, J).
 
         Args:
             linear: Harmonics of Phi^T lambda, shape (c, J).
             series: Series in time.
             q: Coefficients of the motion, shape (c, J).
-            force: lambda at the samples, shape (s, n_c).
+            forces: Contact forces at their instants.
+        """
+
+    def free_motion(self, series: FourierSeries, q: Array, linear: Array) -> Curved:
+        """Harmonics of p from those of its linear part, in a series that has them all.
+
+        Args:
+            series: Series in time.
+            q: Coefficients of the motion, shape (c, J).
+            linear: Those of Phi q, shape (c, n_c).
         """
 
     def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
         """Derivative of `pushed` by q, shape (c J, c J), by (n, j)."""
+
+    def timed_tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
+        """The same where few sets of points are in contact in turn."""
 
     def turned_pairs(self, series: Series, q: Array, forces: ContactForces) -> Array:
         """Theta q of the pairs of samples and points in contact, shape (P, k)."""
@@ -60,8 +76,11 @@ class Closing(Protocol):
     def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
         """Part of `tangent` with lambda . Theta, among the masters, shape (c, k, c, k)."""
 
-    def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
+    def mean_bending_work(self, series: Series, q: Array, forces: ContactForces) -> float:
         """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""
+
+    def curvatures(self, points: int) -> Array:
+        """Theta of so many contact points, shape (n_c, k, k)."""
 
     def shapes_at(self, Phi: Array, q: Array) -> Array:
         """Phi + Theta q at coordinates of shape (.., J), shape (.., n_c, J)."""
@@ -83,13 +102,21 @@ class LinearClosing:
         """The linear part."""
         return linear
 
-    def pushed(self, linear: Array, series: Series, q: Array, force: Array) -> Array:
+    def pushed(self, linear: Array, series: Series, q: Array, forces: ContactForces) -> Array:
         """The linear part."""
         return linear
+
+    def free_motion(self, series: FourierSeries, q: Array, linear: Array) -> Curved:
+        """The linear part, in the series itself."""
+        return series, linear
 
     def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
         """That of the forces alone."""
         return forces.tangent(series, Phi)
+
+    def timed_tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
+        """That of the forces alone."""
+        return tangent_by_sets(series, Phi, forces)
 
     def turned_pairs(self, series: Series, q: Array, forces: ContactForces) -> Array:
         """There are no masters."""
@@ -99,9 +126,13 @@ class LinearClosing:
         """There are no masters."""
         return np.zeros((len(q), 0, len(q), 0))
 
-    def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
+    def mean_bending_work(self, series: Series, q: Array, forces: ContactForces) -> float:
         """None."""
         return 0.0
+
+    def curvatures(self, points: int) -> Array:
+        """There are no masters."""
+        return np.zeros((points, 0, 0))
 
     def shapes_at(self, Phi: Array, q: Array) -> Array:
         """Phi."""
@@ -137,21 +168,32 @@ class QuadraticClosing:
         masters = q[:, self.masters]
         return np.asarray(linear + self._by_pairs(basis @ masters, rate @ masters))
 
-    def pushed(self, linear: Array, series: Series, q: Array, force: Array) -> Array:
+    def pushed(self, linear: Array, series: Series, q: Array, forces: ContactForces) -> Array:
         """Harmonics of (Phi + Theta q)^T lambda, shape (c, J)."""
+        force, instants = forces.force, forces.instants
         at = np.flatnonzero(force.any(axis=1))
-        moved = series.synthesis[at] @ q[:, self.masters]
+        moved = instants.synthesis(series)[at] @ q[:, self.masters]
         whole, stiffness = linear.copy(), self._bent(force[at])
-        whole[:, self.masters] += series.analysis[:, at] @ _times(stiffness, moved)
+        whole[:, self.masters] += instants.analysis(series)[:, at] @ _times(stiffness, moved)
         return whole
+
+    def free_motion(self, series: FourierSeries, q: Array, linear: Array) -> Curved:
+        """Harmonics of p, of which it has twice as many as the motion."""
+        finer = doubled(series)
+        moved = finer.synthesis @ finer.fitted(q[:, self.masters])
+        return finer, finer.fitted(linear) + finer.analysis @ (self._by_pairs(moved, moved) / 2)
 
     def tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
         """Derivative of `pushed`: sum_k A_nk (Psi_k^T D_k Psi_k + lambda_k . Theta) S_kn'."""
-        at, own = forces.samples, self.masters
-        moved = series.synthesis[at] @ q[:, own]
-        stiffness = self._turned_stiffness(Phi, forces, moved)
+        at, own, instants = forces.samples, self.masters, forces.instants
+        analysis, synthesis = instants.analysis(series)[:, at], instants.synthesis(series)[at]
+        stiffness = self._turned_stiffness(Phi, forces, synthesis @ q[:, own])
         stiffness[:, own[:, None], own] += self._bent(forces.force[at])
-        return sampled_tangent(series.analysis[:, at], series.synthesis[at], stiffness)
+        return sampled_tangent(analysis, synthesis, stiffness)
+
+    def timed_tangent(self, series: Series, Phi: Array, q: Array, forces: ContactForces) -> Array:
+        """The same: where Phi + Theta q changes in time there is nothing to put together."""
+        return self.tangent(series, Phi, q, forces)
 
     def _turned_stiffness(self, Phi: Array, forces: ContactForces, moved: Array) -> Array:
         """Psi^T D Psi with Psi = Phi + Theta q from that of the columns of Phi and Theta.
@@ -175,19 +217,24 @@ class QuadraticClosing:
     def turned_pairs(self, series: Series, q: Array, forces: ContactForces) -> Array:
         """Theta q of the pairs of samples and points in contact, shape (P, k)."""
         sample = np.nonzero(forces.used)[0]
-        moved = series.synthesis[forces.samples] @ q[:, self.masters]
+        moved = forces.instants.synthesis(series)[forces.samples] @ q[:, self.masters]
         return np.einsum("pjk,pk->pj", self.Theta[forces.points[forces.used]], moved[sample])
 
     def bent_tangent(self, series: Series, q: Array, forces: ContactForces) -> Array:
         """Part of `tangent` with lambda . Theta, among the masters, shape (c, k, c, k)."""
-        at = forces.samples
-        bent = self._bent(forces.force[at])
-        return tangent_of_few(series.analysis[:, at], series.synthesis[at], bent)
+        at, instants = forces.samples, forces.instants
+        analysis, synthesis = instants.analysis(series)[:, at], instants.synthesis(series)[at]
+        return tangent_of_few(analysis, synthesis, self._bent(forces.force[at]))
 
-    def mean_bending_work(self, series: Series, q: Array, force: Array) -> float:
+    def mean_bending_work(self, series: Series, q: Array, forces: ContactForces) -> float:
         """Mean over the period of 1/2 q^T (lambda . Theta) q, in J."""
-        moved = series.synthesis @ q[:, self.masters]
-        return float(series.weight @ np.sum(force * self._by_pairs(moved, moved), axis=1)) / 2
+        moved = forces.instants.synthesis(series) @ q[:, self.masters]
+        work = np.sum(forces.force * self._by_pairs(moved, moved), axis=1)
+        return float(forces.instants.weight(series) @ work) / 2
+
+    def curvatures(self, points: int) -> Array:
+        """Theta."""
+        return self.Theta
 
     def shapes_at(self, Phi: Array, q: Array) -> Array:
         """Phi + Theta q at coordinates of shape (.., J), shape (.., n_c, J)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
@@ -211,6 +212,17 @@ class FourierSeries(Series):
 
     def _kept_samples(self) -> tuple[Indices, Array]:
         return np.arange(self.samples), np.full(self.samples, 1 / self.samples)
+
+
+def doubled(series: FourierSeries) -> FourierSeries:
+    """The series of products of two motions: twice the harmonics, which its samples tell apart."""
+    return _kept(2 * series.harmonics, max(series.samples, 4 * series.harmonics + 1))
+
+
+@cache
+def _kept(harmonics: int, samples: int) -> FourierSeries:
+    """A series that is made once."""
+    return FourierSeries(harmonics, samples)
 
 
 def _check_samples(harmonics: int, samples: int) -> None:

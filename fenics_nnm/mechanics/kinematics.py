@@ -68,6 +68,9 @@ class Kinematics(Protocol):
             ModelError: if a master is left out.
         """
 
+    def among_more(self, omega: Array, Phi: Array, shared: Array) -> Kinematics:
+        """The kinematics with further coordinates, see `SecondOrder.among_more`."""
+
     def scaled(self, *, omega: float, amplitude: float, length: float) -> Kinematics:
         """The same in units of a frequency (rad/s), a coordinate (kg^1/2 m) and a length (m)."""
 
@@ -114,6 +117,10 @@ class LinearKinematics:
         """It fits every model."""
 
     def without_modes(self, chosen: Indices, model: ModalShapes) -> Kinematics:
+        """It stays linear."""
+        return self
+
+    def among_more(self, omega: Array, Phi: Array, shared: Array) -> Kinematics:
         """It stays linear."""
         return self
 

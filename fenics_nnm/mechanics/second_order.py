@@ -176,6 +176,26 @@ class SecondOrder:
             D=self.D + np.einsum("ajk,alm->jklm", follows, follows),
         )
 
+    def among_more(self, omega: Array, Phi: Array, shared: Array) -> SecondOrder:
+        """The kinematics with further coordinates above the modes, which no longer follow.
+
+        What theta shares with the shapes of these, theta = theta' - (shape) m, goes to them: the
+        reverse of `without_modes`, and exact for shapes that are no modes, too.
+
+        Args:
+            omega: Circular frequencies of the further coordinates in rad/s, shape (r,).
+            Phi: Displacement of the contact points per further coordinate, shape (n_c, r).
+            shared: m = -(shape) . M theta, 1/(kg^1/2 m), shape (r, k, k).
+        """
+        moved = omega[:, None, None] ** 2 * shared
+        return replace(
+            self,
+            Theta=self.Theta + np.einsum("ca,ajk->cjk", Phi, shared),
+            alpha=np.concatenate([self.alpha, moved / 2]),
+            beta=self.beta + symmetrised(np.einsum("ajk,alm->jklm", moved, shared)) / 2,
+            D=self.D - np.einsum("ajk,alm->jklm", shared, shared),
+        )
+
     def scaled(self, *, omega: float, amplitude: float, length: float) -> SecondOrder:
         """The same in units of a frequency (rad/s), a coordinate (kg^1/2 m) and a length (m)."""
         return replace(

@@ -106,8 +106,8 @@ class ModalEnergy:
         residual_part = np.sum((change @ model.R) * change, axis=1)
         lifted = float(weight @ (self._clearance(at, forces) @ rest.force))
         motion, bent_mass = SampledMotion(self.series, at.q, at.omega), self._bent_mass(at.q)
-        other = sum(force.mean_virial(motion) for force in self.mechanics.forces)
-        other += model.kinematics.closing.mean_bending_work(self.series, at.q, forces.force)
+        other = sum(force.mean_virial(motion) for force in self.mechanics.acting)
+        other += model.kinematics.closing.mean_bending_work(self.series, at.q, forces)
         return Energies(
             stiffness=float(
                 np.sum(mean_square * (model.omega * rest.motion_from(at.q)) ** 2)
@@ -117,7 +117,7 @@ class ModalEnergy:
             virial=float(weight @ (forces.force @ rest.clearance)) + lifted + other,
             lifted=lifted,
             touch=float(weight @ forces.force[:, rest.touching].sum(axis=1)) * rest.scale,
-            potential=sum(float(f.mean_energy(motion)) for f in self.mechanics.forces)
+            potential=sum(float(f.mean_energy(motion)) for f in self.mechanics.acting)
             - at.omega**2 * bent_mass / 2,
             other_virial=float(other),
             bent_mass=bent_mass,

@@ -202,14 +202,14 @@ class HarmonicEquations:
         """Derivative of the residual by q, shape (c J, c J), rows and columns (n, j)."""
         matrix = self.closing.tangent(self.series, self.model.Phi, at.q, forces)
         self.linear(at).add_to(matrix)
-        for force in self.mechanics.forces:
+        for force in self.mechanics.acting:
             matrix += force.tangent(SampledMotion(self.series, at.q, at.omega))
         return matrix
 
     def slopes(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivatives of the residual by the parameters, shape (p, c, J)."""
         by_omega = self.linear(at).by_omega(at.q)
-        for force in self.mechanics.forces:
+        for force in self.mechanics.acting:
             by_omega += force.by_omega(SampledMotion(self.series, at.q, at.omega))
         return np.array([by_omega, self.phase_shift(at.q)] if self.free_phase else [by_omega])
 
@@ -227,7 +227,7 @@ class HarmonicEquations:
         if _bent(self.mechanics) and pays(forces, free):
             bending = _bending(self, at, forces)
             return bent_solution(operator, self.series, self.model.Phi, forces, bending, border)
-        if not self.mechanics.forces and pays(forces, free):
+        if not self.mechanics.acting and pays(forces, free):
             return condensed_solution(operator, self.series, self.model.Phi, forces, border)
         return border.dense_solution(self.jacobian(at, forces), self.row_scale(at.omega))
 
@@ -235,7 +235,7 @@ class HarmonicEquations:
 def _bent(mechanics: Mechanics) -> bool:
     """Whether there are forces of second-order kinematics, and no others."""
     own = mechanics.model.kinematics.forces
-    return bool(own) and len(own) == len(mechanics.forces) and mechanics.linear.separate
+    return bool(own) and len(own) == len(mechanics.acting) and mechanics.linear.separate
 
 
 def _bending(equations: HarmonicEquations, at: Unknowns, forces: ContactForces) -> Bending:
@@ -253,8 +253,8 @@ def force_harmonics(equations: HarmonicEquations, at: Unknowns, forces: ContactF
     """Harmonics of all forces that the motion determines, shape (c, J)."""
     series, closing = equations.series, equations.closing
     linear = forces.harmonics(series) @ equations.model.Phi
-    harmonics = closing.pushed(linear, series, at.q, forces.force)
-    for force in equations.mechanics.forces:
+    harmonics = closing.pushed(linear, series, at.q, forces)
+    for force in equations.mechanics.acting:
         harmonics += force.harmonics(SampledMotion(series, at.q, at.omega))
     return harmonics
 

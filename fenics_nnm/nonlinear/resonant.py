@@ -6,7 +6,8 @@ equations of the driven motion it is in phase with the velocity,
     (Lambda - n^2 omega^2) q_n + omega C q'_n + f_n + Phi^T lambda_n = level p_n,
     sum over the cosine and sine of harmonic n of p_n . q_n = 0,
 
-so that it makes up for what damping takes, and nothing else. With damping of one mode alone and
+so that it makes up for what damping takes, and nothing else. A force that turns with second-order
+displacement does so at each level. With damping of one mode alone and
 without contact this is the resonance at which a force lags by 90 degrees. Motions of all levels are
 a family with one parameter: the backbone that a test by phase resonance follows.
 
@@ -22,6 +23,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import ContactForces
+from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.nonlinear.conditions import Quantity
 from fenics_nnm.nonlinear.equations import OMEGA, Equations
 from fenics_nnm.nonlinear.timed import TimedEquations
@@ -51,11 +53,18 @@ class ResonantEquations(TimedEquations):
 
     def residual(self, at: Unknowns, forces: ContactForces) -> Array:
         """Left-hand sides of the harmonic equations, shape (c, J)."""
-        return self.sampled.residual(at, forces) - (at.parameters[1] - 1) * self.push
+        return self.sampled.residual(at, forces) - (at.parameters[1] - 1) * self._pushed(at)
+
+    def jacobian(self, at: Unknowns, forces: ContactForces) -> Array:
+        """Derivative of the residual by q, shape (c J, c J), rows and columns (n, j)."""
+        matrix = TimedEquations.jacobian(self, at, forces)
+        for force in self.mechanics.turned:
+            matrix += (at.parameters[1] - 1) * force.tangent(self._motion(at))
+        return matrix
 
     def slopes(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivatives of the residual by frequency and level, shape (2, c, J)."""
-        return np.concatenate([self.sampled.slopes(at, forces), -self.push[None]])
+        return np.concatenate([self.sampled.slopes(at, forces), -self._pushed(at)[None]])
 
     def phase_shift(self, q: Array) -> Array:
         """The change that makes the force push against the motion: there is none of it."""
@@ -63,13 +72,21 @@ class ResonantEquations(TimedEquations):
 
     def balanced_level(self, at: Unknowns) -> float:
         """The level at which the force puts in what damping takes out: that of every motion."""
-        put_in = self._mean(self.push, self.series.turned(at.q))
+        put_in = self._mean(self._pushed(at), self.series.turned(at.q))
         return self._lost(at) / put_in
 
     def damping_ratio(self, at: Unknowns) -> float:
         """Dissipated power over 4 omega times the mean kinetic energy: zeta of a linear mode."""
         rates = self.series.turned(at.q)
         return self._lost(at) / (2 * at.omega**2 * self._mean(rates, rates))
+
+    def _pushed(self, at: Unknowns) -> Array:
+        """What the force of level 1 does to a motion, shape (c, J)."""
+        turned = sum(force.harmonics(self._motion(at)) for force in self.mechanics.turned)
+        return np.asarray(self.push - turned)
+
+    def _motion(self, at: Unknowns) -> SampledMotion:
+        return SampledMotion(self.series, at.q, at.omega)
 
     def _lost(self, at: Unknowns) -> float:
         """Dissipated energy of a period over 2 pi."""

@@ -3,6 +3,7 @@
 They are those of `nonlinear.equations` with the integrals of contact forces over the period exact,
 see `mechanics.contact_times`: smooth where the equations with samples have kinks. Contact does no
 work then, so that over a period of a driven motion the work that is put in is that dissipated.
+With second-order kinematics contact points move by a series of twice as many harmonics.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from fenics_nnm.mechanics.contact_times import FreeMotion, Margins, forces_in_ti
 from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.mechanics import Mechanics
-from fenics_nnm.mechanics.tangent_by_sets import tangent_by_sets
 from fenics_nnm.nonlinear.border import Border
 from fenics_nnm.nonlinear.condensed import Condensation, eliminated, pays
 from fenics_nnm.nonlinear.equations import EnergyMeasure, HarmonicEquations
@@ -30,7 +30,7 @@ class TimedEquations:
     """Harmonic balance with exact integrals of contact forces, of points without mass.
 
     Attributes:
-        mechanics: What a motion obeys, with linear kinematics.
+        mechanics: What a motion obeys.
         series: Series in time.
         given: Harmonics of what moves the contact points besides the coordinates, shape (c, n_c).
     """
@@ -77,8 +77,9 @@ class TimedEquations:
 
     def forces(self, at: Unknowns, near: ContactForces | None = None) -> ContactForces:
         """Contact forces at the points of integration of a motion."""
-        free = self.free_harmonics(at)
-        return forces_in_time(FreeMotion(self.series, free, self.law, self.margins))
+        linear, closing = self.free_harmonics(at), self.sampled.closing
+        series, free = closing.free_motion(self.series, at.q, linear)
+        return forces_in_time(FreeMotion(series, free, self.law, self.margins))
 
     def residual(self, at: Unknowns, forces: ContactForces) -> Array:
         """Left-hand sides of the harmonic equations, shape (c, J)."""
@@ -86,9 +87,11 @@ class TimedEquations:
 
     def jacobian(self, at: Unknowns, forces: ContactForces) -> Array:
         """Derivative of the residual by q, shape (c J, c J), rows and columns (n, j)."""
-        matrix = tangent_by_sets(self.series, self.mechanics.model.Phi, forces)
+        matrix = self.sampled.closing.timed_tangent(
+            self.series, self.mechanics.model.Phi, at.q, forces
+        )
         self.sampled.linear(at).add_to(matrix)
-        for force in self.mechanics.forces:
+        for force in self.mechanics.acting:
             matrix += force.tangent(SampledMotion(self.series, at.q, at.omega))
         return matrix
 
@@ -118,7 +121,7 @@ class TimedEquations:
 
     def solved(self, at: Unknowns, forces: ContactForces, border: Border) -> Array:
         """Solution of the bordered system: condensed on the pairs in contact where that pays."""
-        if self.mechanics.forces or not pays(forces, at.q.size):
+        if self.mechanics.acting or not pays(forces, at.q.size):
             return border.dense_solution(self.jacobian(at, forces), self.row_scale(at.omega))
         operator = self.sampled.linear(at)
         Phi = self.mechanics.model.Phi

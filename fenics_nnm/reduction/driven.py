@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import TooManyModesError
+from fenics_nnm.errors import ModelError, TooManyModesError
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.kinematics import LINEAR, Kinematics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
+from fenics_nnm.mechanics.pairs import Pairs
+from fenics_nnm.mechanics.second_order_effect import UNASKED, KinematicsChoice
 from fenics_nnm.reduction.attached import AttachedPoints, EnrichedModes, enriched
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.massless import massless_model
 from fenics_nnm.reduction.operators import Operators, Product
+from fenics_nnm.reduction.reduction import Reduction
+
+#: What second-order kinematics need of contact points.
+NEEDS_FLEXIBILITY = (
+    "second-order kinematics need contact points that the modes leave flexibility of their own: "
+    "must be fewer modes, or forces beside the contact points"
+)
 
 
 def undamped(columns: Array) -> Array:
@@ -51,6 +61,35 @@ class DrivenPlaces:
 
 
 @dataclass(frozen=True, slots=True)
+class BentModes:
+    """Free modes of a structure that bends far, or does not.
+
+    Attributes:
+        modes: Free modes, J of them.
+        kinematics: Kinematics of a reduced model of these alone.
+        theta: Modal derivatives of pairs of its masters, M-orthogonal to the modes, in 1/(kg m),
+            shape (n, k (k + 1) / 2).
+        choice: Which kinematics these are, and why.
+    """
+
+    modes: LinearModes
+    kinematics: Kinematics
+    theta: Array
+    choice: KinematicsChoice = UNASKED
+
+    @classmethod
+    def straight(cls, modes: LinearModes, choice: KinematicsChoice = UNASKED) -> BentModes:
+        """Those of a structure with linear kinematics."""
+        return cls(modes, LINEAR, np.zeros((len(modes.shapes), 0)), choice)
+
+    @classmethod
+    def of(cls, modes: LinearModes, reduction: Reduction) -> BentModes:
+        """Those of a reduction to free modes alone, which may have other signs."""
+        signed, kinematics = replace(modes, shapes=reduction.shapes), reduction.model.kinematics
+        return cls(signed, kinematics, reduction.bent_shapes, reduction.choice)
+
+
+@dataclass(frozen=True, slots=True)
 class DrivenBasis:
     """Free modes, and the shapes that static displacements under forces at places add to them.
 
@@ -70,6 +109,10 @@ class DrivenBasis:
         residual_shapes: Displacement per contact force that the modes do not bring, m/N,
             shape (n, n_c).
         gap_motion: How gaps move, in harmonics of the speed.
+        bent: Second derivatives of the displacements of excited and watched places by the masters
+            of second-order kinematics, in 1/(kg m), shape (p + w, k, k).
+        bent_shapes: Modal derivatives of pairs of masters in 1/(kg m), shape (n, k (k + 1) / 2).
+        choice: Which kinematics it has, and why.
     """
 
     model: ReducedModel
@@ -82,20 +125,24 @@ class DrivenBasis:
     forces: tuple[Force, ...]
     shapes: Array
     residual_shapes: Array
-    gap_motion: GapMotion = STILL
+    gap_motion: GapMotion
+    bent: Array
+    bent_shapes: Array
+    choice: KinematicsChoice = UNASKED
 
 
-def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators) -> DrivenBasis:
+def driven_basis(own: BentModes, places: DrivenPlaces, operators: Operators) -> DrivenBasis:
     """Reduce a driven structure.
 
     Args:
-        modes: Free modes.
+        own: Free modes, and what bending far adds to them.
         places: Where forces act and displacements are watched.
         operators: Products with the matrices of the structure.
 
     Raises:
         ModelError: if an excited place moves no mass.
     """
+    modes = own.modes
     points = places.springs.and_also(np.hstack([places.excited, places.dampers]))
     basis = enriched(modes.omega, modes.shapes, points.rows, operators)
     attached = operators.inner(points.rows, basis.shapes)
@@ -104,6 +151,8 @@ def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators)
     shapes = operators.inner(watched, basis.shapes)
     excited = places.excited.shape[1]
     model = _model(basis, static, places.gap, operators)
+    model, theta = _bent(model, basis, own, operators)
+    place = Pairs.of(len(model.kinematics.masters)).place
     residual = operators.inner(watched, static) - (shapes / model.omega**2) @ model.Phi.T
     lacking = static - (basis.shapes / model.omega**2) @ model.Phi.T
     return DrivenBasis(
@@ -118,7 +167,27 @@ def driven_basis(modes: LinearModes, places: DrivenPlaces, operators: Operators)
         shapes=basis.shapes,
         residual_shapes=lacking if model.massless else np.zeros_like(lacking),
         gap_motion=places.gap_motion,
+        bent=operators.inner(watched, theta)[:, place],
+        bent_shapes=theta,
+        choice=own.choice,
     )
+
+
+def _bent(
+    model: ReducedModel, basis: EnrichedModes, own: BentModes, operators: Operators
+) -> tuple[ReducedModel, Array]:
+    """The model with the kinematics of its free modes, and theta without the shapes added."""
+    theta, free = own.theta, basis.free
+    if not theta.shape[1]:
+        return model, theta
+    if not model.massless:
+        raise ModelError(f"{own.choice.reason}: {NEEDS_FLEXIBILITY}")
+    added, place = basis.shapes[:, free:], Pairs.of(len(own.kinematics.masters)).place
+    shared = -operators.inner(added, operators.mass(theta))
+    kinematics = own.kinematics.among_more(
+        model.omega[free:], model.Phi[:, free:], shared[:, place]
+    )
+    return replace(model, kinematics=kinematics), theta + added @ shared
 
 
 def _model(basis: EnrichedModes, static: Array, gap: Array, operators: Operators) -> ReducedModel:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.mechanics.force import SampledMotion
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.nonlinear.solution import Solution
@@ -22,7 +23,8 @@ def imbalance(mechanics: Mechanics, series: FourierSeries, motion: Solution) -> 
 
     Stiffness, inertia and gyroscopic terms do no work over a period, springs and contact at gaps
     that stand still neither: the linear part does what damping takes. A gap that moves pushes with
-    -lambda at the rate g'.
+    -lambda at the rate g'. Forces that turn with the motion put in what they do on second-order
+    displacement, too.
     """
     q = motion.q
     push = np.zeros_like(q)
@@ -35,6 +37,9 @@ def imbalance(mechanics: Mechanics, series: FourierSeries, motion: Solution) -> 
     lost = _mean(series, mechanics.linear.at(series, motion.omega).times(q), rates)
     largest = _mean(series, np.abs(push), np.abs(rates))
     largest += _mean(series, np.abs(force), np.abs(gap_rates))
+    for each in mechanics.turned:
+        own, size = each.work(SampledMotion(series, q, motion.omega))
+        work, largest = work + own, largest + size
     return abs(work - lost) / max(abs(work), _NOTHING * largest, _TINY)
 
 

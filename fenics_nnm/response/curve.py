@@ -208,7 +208,7 @@ class Follower:
 
     def _trace(self, start: Solution, *, falls: bool, rules: Rules | None = None) -> Trace:
         problem = Problem.of(self.equations, self.options.newton)
-        crest = Crest(self.series, self.structure.watched.shapes[0])
+        crest = Crest(self.series, self.structure.watched)
         events = (fold(FREQUENCY), BRANCH_POINT, *crests(crest, problem))
         ends = Range(float(self.omega[0]), float(self.omega[-1]))
         return trace(

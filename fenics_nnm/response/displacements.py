@@ -23,12 +23,12 @@ def displacements(
 ) -> Displacements:
     """Displacements of the places that are watched."""
     watched, q, forces = structure.watched, solution.q, solution.forces
-    harmonics = q @ watched.shapes.T - forces.harmonics(series) @ watched.residual.T
+    harmonics = watched.harmonics(series, q, forces)
     first, second = np.flatnonzero(series.order == 1)
     left = None
     if structure.gap_motion.moves:
         highest, lowest, left = _past_moving_gaps(structure, series, q)
-    elif harmonics[series.order > 1].any():
+    elif watched.bends or harmonics[series.order > 1].any():
         highest, lowest = _extremes(structure, series, q)
         if structure.model.massless:  # parabolas overshoot where a point lies on its obstacle
             highest[watched.before_contact :] = np.minimum(
@@ -56,7 +56,7 @@ def _contact(others: int, series: FourierSeries, forces: ContactForces) -> Array
 def _extremes(structure: DrivenStructure, series: FourierSeries, q: Array) -> tuple[Array, Array]:
     """Largest and smallest displacements over the period, each of shape (w,)."""
     model, watched = structure.model, structure.watched
-    moved = _basis(series.harmonics) @ (q @ watched.shapes.T)
+    moved = watched.free(_basis(series.harmonics), q)
     if model.massless:
         force = Complementarity(model.R, model.gap)(moved[:, watched.before_contact :]).force
         moved -= force @ watched.residual.T
@@ -69,7 +69,7 @@ def _past_moving_gaps(
     """As `_extremes`, and the smallest remaining gap of each contact point, shape (n_c,)."""
     model, watched = structure.model, structure.watched
     gap = model.gap + structure.gap_motion.at(_PHASES)
-    moved = _basis(series.harmonics) @ (q @ watched.shapes.T)
+    moved = watched.free(_basis(series.harmonics), q)
     if not model.massless:
         return _top(moved), -_top(-moved), -_top(moved[:, watched.before_contact :] - gap)
     excess = moved[:, watched.before_contact :] - gap

@@ -68,7 +68,7 @@ def open_response(
         solution = open_motion(equations, 2 * np.pi * frequency)
         known = judge.of_linear(solution.omega)
         if structure.forces:
-            known = replace(known, status=Status.CONVERGED)
+            known = judge.of_contact(series, solution.q, solution.omega)
         points.append(_open_point(structure, series, frequency, solution, known))
         on_progress(number / len(frequencies))
     return tuple(points)
@@ -81,7 +81,7 @@ def open_motion(equations: HarmonicEquations, omega: float) -> Solution:
     for each in mechanics.excitations:
         push += each.harmonics(series)
     linear = Unknowns.of(mechanics.linear.at(series, omega).solve(push), omega)
-    if not mechanics.forces:
+    if not mechanics.acting:
         return evaluated(equations, linear)
     return solve(equations, FixedFrequency(omega), linear)
 

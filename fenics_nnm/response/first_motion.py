@@ -20,8 +20,9 @@ from fenics_nnm.nonlinear.solution import Solution
 from fenics_nnm.nonlinear.timed import TimedEquations
 from fenics_nnm.nonlinear.unknowns import Unknowns
 from fenics_nnm.response.driven import NothingTouches, open_motion
-from fenics_nnm.response.settling import has_equations_in_time, settled_from_rest
+from fenics_nnm.response.settling import settled_from_rest
 from fenics_nnm.response.structure import DrivenStructure
+from fenics_nnm.time_domain.driven_flow import has_equations_in_time
 
 #: Newton's iteration from a guess far away.
 _FAR = Newton(tolerance=1e-12, round_off=1e-10, iterations=60)
@@ -93,7 +94,7 @@ def _coarse(structure: DrivenStructure, equations: TimedEquations) -> Iterator[T
     wanted = equations.series.harmonics
     number = max(_FEW, structure.highest_harmonic)
     while number < wanted:
-        series = FourierSeries(number, max(4 * number, 32))
+        series = FourierSeries(number, max(4 * number + 1, 32))
         yield TimedEquations.of(equations.mechanics, series)
         number = int(np.ceil(_MORE * number))
     yield equations

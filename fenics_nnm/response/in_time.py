@@ -22,7 +22,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.point import CONVERGED, FAILED, VERIFIED
 from fenics_nnm.backbone.verdict import VERIFIED_CHANGE, VERIFIED_RETURN_ERROR
 from fenics_nnm.mechanics.fourier import Series
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.time_domain.driven_flow import DrivenFlow
 from fenics_nnm.time_domain.driven_motion import DrivenOrbit, DrivenSteps, driven_orbit
 
 #: A motion that misses its start by more than this part of its size is no motion.
@@ -74,7 +74,7 @@ class InTime:
         return self.orbit.instability or "stable"
 
 
-def in_time(flow: DampedFlow, series: Series, q: Array, omega: float) -> InTime:
+def in_time(flow: DrivenFlow, series: Series, q: Array, omega: float) -> InTime:
     """Follow a motion of harmonic balance in time, and judge it.
 
     Args:
@@ -109,7 +109,7 @@ def state_at(series: Series, q: Array, omega: float, phase: float) -> tuple[Arra
     return series.basis_at(at)[0] @ q, omega * series.rate_at(at)[0] @ q
 
 
-def coefficients_of(flow: DampedFlow, orbit: DrivenOrbit, series: Series) -> Array:
+def coefficients_of(flow: DrivenFlow, orbit: DrivenOrbit, series: Series) -> Array:
     """Coefficients of an exact motion in a series, shape (c, J)."""
     times, period = series.phase / orbit.omega, 2 * np.pi / orbit.omega
     found = flow.at(orbit.omega).run(orbit.q, orbit.velocity, period, times=times)
@@ -117,7 +117,7 @@ def coefficients_of(flow: DampedFlow, orbit: DrivenOrbit, series: Series) -> Arr
 
 
 def _exact(
-    driven: DampedFlow, series: Series, q: Array, start: tuple[Array, Array]
+    driven: DrivenFlow, series: Series, q: Array, start: tuple[Array, Array]
 ) -> tuple[DrivenOrbit | None, float]:
     """The exact motion near a point and its distance, at its frequency or else nearby."""
     for keep_frequency in (True, False):
@@ -131,7 +131,7 @@ def _exact(
     return None, float("nan")
 
 
-def _distance(flow: DampedFlow, change: tuple[Array, Array], start: tuple[Array, Array]) -> float:
+def _distance(flow: DrivenFlow, change: tuple[Array, Array], start: tuple[Array, Array]) -> float:
     """Size of a change of state relative to a state, in the energy norm."""
     omega = flow.model.omega
     sizes = [float(np.linalg.norm([omega * q, velocity])) for q, velocity in (change, start)]

@@ -16,10 +16,9 @@ import numpy as np
 
 from fenics_nnm.response.judge import JudgeInTime
 from fenics_nnm.response.point import ResponsePoint
-from fenics_nnm.response.settling import has_equations_in_time
 from fenics_nnm.response.simulation import settled, simulation
 from fenics_nnm.response.structure import DrivenStructure
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.time_domain.driven_flow import driven_flow, has_equations_in_time
 
 #: The motion from rest has decayed to this part of its size when it is looked at.
 _DECAYED = 1e-3
@@ -144,7 +143,7 @@ def _simulated(
     driven: DrivenStructure, judge: JudgeInTime, level: float, ends: tuple[float, float]
 ) -> Instead:
     """What the structure does from rest in the middle of a range."""
-    frequency, flow = sum(ends) / 2, DampedFlow.of(driven.mechanics, 1.0)
+    frequency, flow = sum(ends) / 2, driven_flow(driven.mechanics, 1.0)
     decay = -judge.slowest / frequency
     periods = int(np.clip(-np.log(_DECAYED) / decay, _FEWEST, _MOST)) if decay > 0 else _MOST
     rest = np.zeros(len(driven.model.omega))

@@ -12,8 +12,7 @@ from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.response.in_time import in_time
 from fenics_nnm.response.point import Judgement, Status
-from fenics_nnm.response.settling import has_equations_in_time
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.time_domain.driven_flow import DrivenFlow, driven_flow, has_equations_in_time
 
 
 class Judge(Protocol):
@@ -54,7 +53,7 @@ class JudgeInTime:
     """
 
     mechanics: Mechanics
-    flow: DampedFlow = field(init=False, repr=False, compare=False)
+    flow: DrivenFlow = field(init=False, repr=False, compare=False)
     slowest: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -62,7 +61,7 @@ class JudgeInTime:
         state = np.block([[0 * rate, np.eye(len(rate))], [-np.diag(model.omega**2), -rate]])
         slowest = float(np.linalg.eigvals(state).real.max())
         object.__setattr__(self, "slowest", slowest)
-        object.__setattr__(self, "flow", DampedFlow.of(self.mechanics, float(model.omega[0])))
+        object.__setattr__(self, "flow", driven_flow(self.mechanics, float(model.omega[0])))
 
     def of_linear(self, omega: float) -> Judgement:
         """Exact; multipliers are those of the free vibrations without contact."""

@@ -157,7 +157,7 @@ def _at_level(
 ) -> Response:
     """The response at one level."""
     others = structure.watched.before_contact
-    if not _pressed(structure):
+    if not _pressed(structure) and not (structure.bends and len(frequencies) > 1):
         opened = open_response(structure, series, frequencies, on_progress=on_progress)
         between = open_response(structure, series, resonances(structure, series, frequencies))
         if not any(each.status is Status.TOUCHES for each in (*opened, *between)):

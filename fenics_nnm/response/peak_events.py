@@ -1,7 +1,8 @@
 """Peaks along the curve of a response: where the displacement of a place is largest.
 
-Of the displacement x = psi q of a place the amplitude |x_1| of its first harmonic, and its largest
-value over the period, rise and fall along the curve. Their slopes by the length of the curve are
+Of the displacement x of a place, psi q or what second-order kinematics make of it, the amplitude
+|x_1| of its first harmonic, and its largest value over the period, rise and fall along the curve.
+Their slopes by the length of the curve are
 
     Re(x_1* dx_1) / |x_1|,      dx at the time of the largest x,
 
@@ -19,6 +20,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import CurvePoint, Problem
 from fenics_nnm.continuation.events import EventTest
 from fenics_nnm.mechanics.fourier import FourierSeries
+from fenics_nnm.response.watched import Watched
 
 #: Kinds of peaks.
 PEAK, HIGHEST = "peak of the amplitude", "peak of the largest displacement"
@@ -36,11 +38,13 @@ class Crest:
 
     Attributes:
         series: Series in time.
-        shape: psi, shape (J,).
+        watched: Places that are watched.
+        place: Number of the place.
     """
 
     series: FourierSeries
-    shape: Array
+    watched: Watched
+    place: int = 0
 
     def amplitude_slope(self, problem: Problem, point: CurvePoint) -> float:
         """Of the amplitude of the first harmonic, relative."""
@@ -57,7 +61,9 @@ class Crest:
     def _moved(self, point: CurvePoint) -> tuple[Array, Array]:
         """Coefficients of the displacement and of its change along the curve, shape (c,)."""
         change = point.metric.unscaled(point.tangent)
-        return point.solution.q @ self.shape, change.q @ self.shape
+        watched, place, q = self.watched, self.place, point.solution.q
+        moved = watched.free_harmonics(self.series, place, q)
+        return moved, watched.slope_harmonics(self.series, place, q, change.q)
 
     def _time(self, x: Array) -> float:
         """Phase of the largest displacement."""

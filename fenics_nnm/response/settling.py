@@ -8,16 +8,11 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.fourier import FourierSeries
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.nonlinear.unknowns import Unknowns
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.time_domain.driven_flow import driven_flow
 
 #: Periods after which a motion is taken as it is, and the change of state over one, relative in the
 #: energy norm, below which it has settled sooner.
 _PERIODS, _SETTLED = 200, 1e-4
-
-
-def has_equations_in_time(mechanics: Mechanics) -> bool:
-    """Whether its motion is linear in time between changes of contact, of points without mass."""
-    return not mechanics.forces and mechanics.linear.in_time and mechanics.model.massless
 
 
 def settled_from_rest(mechanics: Mechanics, series: FourierSeries, omega: float) -> Unknowns:
@@ -28,7 +23,7 @@ def settled_from_rest(mechanics: Mechanics, series: FourierSeries, omega: float)
         series: Series in time that it is written in.
         omega: Circular frequency in rad/s.
     """
-    flow = DampedFlow.of(mechanics, omega)
+    flow = driven_flow(mechanics, omega)
     period, scale = 2 * np.pi / omega, mechanics.model.omega
     q: Array = np.zeros(len(scale))
     velocity: Array = np.zeros(len(scale))

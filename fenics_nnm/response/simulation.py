@@ -14,8 +14,8 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.contact_law import Complementarity
-from fenics_nnm.response.structure import Watched
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.response.watched import Watched
+from fenics_nnm.time_domain.driven_flow import DrivenFlow
 from fenics_nnm.time_domain.driven_motion import DrivenOrbit, driven_orbit
 from fenics_nnm.time_domain.integrator import Trajectory
 
@@ -112,7 +112,7 @@ class Settled:
 
 
 def simulation(
-    flow: DampedFlow,
+    flow: DrivenFlow,
     watched: Watched,
     frequencies: Array,
     start: tuple[Array, Array],
@@ -143,7 +143,7 @@ def simulation(
     return Simulation(tuple(periods), q, velocity)
 
 
-def _period(flow: DampedFlow, watched: Watched, whole: Trajectory, clock: float) -> Period:
+def _period(flow: DrivenFlow, watched: Watched, whole: Trajectory, clock: float) -> Period:
     """What is kept of the motion in a period."""
     phases = 2 * np.pi * np.arange(_INSTANTS + 1) / _INSTANTS
     moved, speed = moved_places(flow, watched, (whole.q_at, whole.velocity_at), phases)
@@ -161,7 +161,7 @@ def _period(flow: DampedFlow, watched: Watched, whole: Trajectory, clock: float)
 
 
 def moved_places(
-    flow: DampedFlow, watched: Watched, states: tuple[Array, Array], phases: Array
+    flow: DrivenFlow, watched: Watched, states: tuple[Array, Array], phases: Array
 ) -> tuple[Array, Array]:
     """Displacements and speeds of places, each of shape (s, w).
 
@@ -171,16 +171,14 @@ def moved_places(
         states: Coordinates and velocities, each of shape (s, J).
         phases: Phases of the force at these states, shape (s,).
     """
-    model, (q, velocity), drive = flow.model, states, flow.drive
-    forces = Complementarity(model.R, model.gap)(q @ model.Phi.T - drive.gap.at(phases))
-    rates = forces.change(velocity @ model.Phi.T - drive.omega * drive.gap.rate(phases))
-    return (
-        q @ watched.shapes.T - forces.force @ watched.residual.T,
-        velocity @ watched.shapes.T - rates @ watched.residual.T,
-    )
+    model, drive, at = flow.model, flow.drive, watched.before_contact
+    moved, speed = watched.at_states(*states)
+    forces = Complementarity(model.R, model.gap)(moved[:, at:] - drive.gap.at(phases))
+    rates = forces.change(speed[:, at:] - drive.omega * drive.gap.rate(phases))
+    return moved - forces.force @ watched.residual.T, speed - rates @ watched.residual.T
 
 
-def settled(flow: DampedFlow, q: Array, velocity: Array, frequency: float) -> Settled:
+def settled(flow: DrivenFlow, q: Array, velocity: Array, frequency: float) -> Settled:
     """The stable periodic motion that a state at phase 0 of the force is on, if it is on one.
 
     Args:
@@ -201,7 +199,7 @@ def settled(flow: DampedFlow, q: Array, velocity: Array, frequency: float) -> Se
     return Settled(0, None, float("nan"))
 
 
-def _near_repeats(flow: DampedFlow, scale: Array, start: tuple[Array, Array]) -> list[int]:
+def _near_repeats(flow: DrivenFlow, scale: Array, start: tuple[Array, Array]) -> list[int]:
     """Numbers of periods after which a state nearly comes back."""
     (q, velocity), near = start, []
     for periods in range(1, _LONGEST_REPEAT + 1):

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Complex
+from fenics_nnm.arrays import Array, Complex, Mask
 from fenics_nnm.mechanics.excitation import Excitation
 from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.linear_part import LinearPart
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
+from fenics_nnm.response.watched import Place, Watched
 
 #: Why contact points that move with the modes alone cannot touch.
 NO_FLEXIBILITY = (
@@ -24,18 +24,21 @@ NO_FLEXIBILITY = (
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    r"""Harmonic forces at some places, sum_p psi_p^T Re(F_p exp(i n_p omega t)).
+    r"""Harmonic forces at some places, sum_p (psi_p + theta_p q)^T Re(F_p exp(i n_p omega t)).
 
     Attributes:
         shapes: psi, displacement of the excited places along their forces per modal coordinate,
             kg^-1/2, shape (p, J).
         amplitudes: F, complex amplitudes of the forces in N, 0-peak, shape (p,).
         harmonics: n, harmonics of the frequency of the motion, from 0, shape (p,).
+        bent: Second derivatives theta of the displacements by the masters of second-order
+            kinematics, in 1/(kg m), shape (p, k, k); with k = 0 forces do not turn.
     """
 
     shapes: Array
     amplitudes: Complex
     harmonics: tuple[int, ...]
+    bent: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
 
     @classmethod
     def simple(cls, shapes: Array, amplitudes: Complex) -> Drive:
@@ -49,42 +52,19 @@ class Drive:
         for n in sorted(set(self.harmonics)):
             own = np.array(self.harmonics) == n
             force = self.amplitudes[own] @ self.shapes[own]
-            found.append(Excitation(n, force.real, -force.imag))
+            found.append(Excitation(n, force.real, -force.imag, self._turning(own)))
         return tuple(found)
+
+    def _turning(self, own: Mask) -> Array:
+        """What second-order kinematics add to some of the forces, shape (2, k, k)."""
+        if not self.bent.size:
+            return np.zeros((2, 0, 0))
+        force = np.tensordot(self.amplitudes[own], self.bent[own], 1)
+        return np.array([force.real, -force.imag])
 
     def scaled(self, level: float) -> Drive:
         """All forces times a factor."""
         return replace(self, amplitudes=level * self.amplitudes)
-
-
-@dataclass(frozen=True, slots=True)
-class Watched:
-    """Places whose displacement is watched, x = psi q - R_w lambda.
-
-    Those of the forces come first, then further ones, then the contact points.
-
-    Attributes:
-        names: Their names.
-        shapes: psi, shape (w, J).
-        residual: R_w in m/N, shape (w, n_c).
-    """
-
-    names: tuple[str, ...]
-    shapes: Array
-    residual: Array
-
-    @classmethod
-    def of(cls, model: ReducedModel, others: Mapping[str, tuple[Array, Array]]) -> Watched:
-        """Some places by their names, each with its psi and R_w, and the contact points."""
-        points = {f"contact {n + 1}": (model.Phi[n, :], model.R[n, :]) for n in range(model.points)}
-        every = {**others, **points}
-        shapes, residual = zip(*every.values(), strict=True)
-        return cls(tuple(every), np.array(shapes), np.array(residual))
-
-    @property
-    def before_contact(self) -> int:
-        """Number of places before the contact points."""
-        return len(self.names) - self.residual.shape[1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,12 +73,15 @@ class DrivenStructure:
 
         q'' + C q' + Lambda q + f(q) + Phi^T lambda = p(t),      w = Phi q - R lambda
 
+    or what second-order kinematics make of it, see `mechanics.second_order`, damped as it is here.
+
     Attributes:
         model: Reduced model, Lambda = diag(omega_j^2).
         linear: Stiffness, inertia and damping.
         drive: Harmonic forces.
         watched: Places whose displacement is watched.
-        forces: f, forces that the motion determines besides those of contact.
+        forces: f, forces that the motion determines besides those of contact, those of
+            second-order kinematics among them.
         objection: Why its contact points cannot touch anything, or nothing.
         gap_motion: How gaps move at level 1.
     """
@@ -120,10 +103,12 @@ class DrivenStructure:
         Excited places are taken to move with the modes alone.
         """
         names = numbered("excitation", len(drive.shapes))
-        still = np.zeros(model.points)
-        own = {name: (drive.shapes[n, :], still) for n, name in enumerate(names)}
+        still, k = np.zeros(model.points), len(model.kinematics.masters)
+        bent = drive.bent if drive.bent.size else np.zeros((len(names), k, k))
+        own = {name: Place(drive.shapes[n, :], still, bent[n]) for n, name in enumerate(names)}
         objection = "" if model.massless else NO_FLEXIBILITY
-        return cls(model, linear, drive, Watched.of(model, own), forces, objection)
+        every = (*model.kinematics.forces, *forces)
+        return cls(model, linear, drive, Watched.of(model, own), every, objection)
 
     @property
     def mechanics(self) -> Mechanics:
@@ -136,6 +121,11 @@ class DrivenStructure:
             self.drive.excitations,
             self.gap_motion,
         )
+
+    @property
+    def bends(self) -> bool:
+        """Whether it has second-order kinematics."""
+        return len(self.model.kinematics.masters) > 0
 
     @property
     def harmonics(self) -> tuple[int, ...]:

@@ -9,7 +9,7 @@ Layout (SI units):
                          forces at points add to them
     /gap_motion          harmonics (F), amplitudes (F, n_c, complex) of gaps that move, at level 1
     /watched             shapes (w, J), residual (w, n_c) of the places that are watched; attribute
-                         names (JSON)
+                         names (JSON); with second-order kinematics masters (k), bent (w, k, k)
     /levels/000000 ...   motions of a level in the order of its curves, P of them:
                          q (P, 2 N + 1, J), first (P, w, complex), highest, lowest, contact (P, w),
                          gap (P, n_c), frequency, level, branch, speed, residual, imbalance and
@@ -40,7 +40,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.response.levels import Response
-from fenics_nnm.response.structure import Watched
+from fenics_nnm.response.watched import Watched
 from fenics_nnm.results.durable import replacing, write_whole
 from fenics_nnm.results.hdf5 import ONCE, Writing, add_blocks, opened, sealed
 from fenics_nnm.results.header import BranchHeader, header_in, image
@@ -95,7 +95,12 @@ def create(path: Path, header: BranchHeader, watched: Watched, data: Data) -> No
     Raises:
         OutputError: if it cannot be written.
     """
-    arrays = {"watched/shapes": watched.shapes, "watched/residual": watched.residual}
+    arrays = {
+        "watched/shapes": watched.shapes,
+        "watched/residual": watched.residual,
+        "watched/masters": watched.masters,
+        "watched/bent": watched.bent,
+    }
     with Writing(path):
         with replacing(path) as part:
             part.write_bytes(image(header, replace(data, arrays={**data.arrays, **arrays}), FORMAT))
@@ -179,7 +184,10 @@ def with_signs(found: Response, signs: Array) -> Response:
 
 def _watched(group: h5py.Group) -> Watched:
     names = tuple(json.loads(group.attrs["names"]))
-    return Watched(names, np.array(group["shapes"]), np.array(group["residual"]))
+    shapes, residual = np.array(group["shapes"]), np.array(group["residual"])
+    if "masters" not in group:  # files from before there were any
+        return Watched(names, shapes, residual)
+    return Watched(names, shapes, residual, np.array(group["masters"]), np.array(group["bent"]))
 
 
 def gap_arrays(motion: GapMotion) -> dict[str, Array]:

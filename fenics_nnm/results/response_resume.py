@@ -13,7 +13,7 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.reduction.comparison import model_difference
 from fenics_nnm.response.levels import Response
-from fenics_nnm.response.structure import Watched
+from fenics_nnm.response.watched import Watched
 from fenics_nnm.results.header import BranchHeader
 from fenics_nnm.results.response_file import StoredResponse, with_signs
 from fenics_nnm.results.resume import difference

@@ -23,9 +23,9 @@ from fenics_nnm.response.structure import (
     NO_FLEXIBILITY,
     Drive,
     DrivenStructure,
-    Watched,
     numbered,
 )
+from fenics_nnm.response.watched import Place, Watched
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import structure_of
 from fenics_nnm.structure.driven_linear import DrivenLinear
@@ -75,14 +75,14 @@ def structure_from(study: Study, basis: DrivenBasis) -> DrivenStructure:
     Raises:
         StudyError: if contact points with mass touch, or two places have one name.
     """
-    model, harmonics = basis.model, _harmonics(study)
+    model, harmonics, excited = basis.model, _harmonics(study), len(basis.excited)
     turns = np.array([each.turn for each in study.excitation])
     structure = DrivenStructure(
         model=model,
         linear=_linear(study, basis),
-        drive=Drive(basis.excited, basis.sizes * turns, harmonics),
+        drive=Drive(basis.excited, basis.sizes * turns, harmonics, basis.bent[:excited]),
         watched=_watched(study, basis),
-        forces=basis.forces,
+        forces=(*model.kinematics.forces, *basis.forces),
         objection="" if model.massless else NO_FLEXIBILITY,
         gap_motion=_gap_motion(study, basis),
     )
@@ -311,7 +311,9 @@ def _watched(study: Study, basis: DrivenBasis) -> Watched:
         *(each.name for each in study.monitor),
     )
     shapes = np.vstack([basis.excited, basis.monitored])
-    places = {name: (shapes[n], basis.residual[n]) for n, name in enumerate(names)}
+    places = {
+        name: Place(shapes[n], basis.residual[n], basis.bent[n]) for n, name in enumerate(names)
+    }
     found = Watched.of(basis.model, places)
     for name in names:
         if names.count(name) > 1 or found.names.count(name) > 1 or name.startswith("contact "):

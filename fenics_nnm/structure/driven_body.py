@@ -20,18 +20,23 @@ class DrivenBody:
         solid: Body.
         interface: Its contact points.
         basis: What it is reduced to, with the unknowns that this rank owns.
-        doubt: Why no motion in contact can be verified, or nothing.
     """
 
     solid: Solid
     interface: ContactInterface
     basis: DrivenBasis
-    doubt: str = ""
     has_mesh: bool = True
+
+    @property
+    def doubt(self) -> str:
+        """Why no motion in contact can be verified, or nothing."""
+        return self.basis.choice.doubt
 
     def data(self) -> Data:
         """Contact points and mesh in memory, shapes in blocks, and the mesh as it was read."""
         basis = self.basis
         shapes = {"shapes": basis.shapes, "residual_shapes": basis.residual_shapes}
+        if basis.bent_shapes.size:
+            shapes["bent_shapes"] = basis.bent_shapes
         gathered = gathered_shapes(self.solid, self.interface, shapes)
         return with_mesh(gathered, self.solid, self.interface)

@@ -1,21 +1,27 @@
-"""What linear kinematics put in doubt of driven motions."""
+"""Which kinematics a driven body has: those that its study asks for, or that it needs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fenics_nnm.errors import TooManyModesError
+from fenics_nnm.errors import StudyError, TooManyModesError
 from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.contact_sites import ContactSites
 from fenics_nnm.fem.deflection import BodyForces
 from fenics_nnm.fem.linear import LinearAnalysis, massless_reduced
 from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.mechanics.second_order_effect import UNASKED, KinematicsChoice
+from fenics_nnm.reduction.driven import NEEDS_FLEXIBILITY, BentModes
 from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.kinematics import asked_of_study, bending_of, chosen_kind
+from fenics_nnm.structure.kinematics import asked_of_study, bending_of, chosen_kind, in_choice
 from fenics_nnm.structure.point_choice import Choices
 from fenics_nnm.study import MeshStudy
+
+#: Kinematics that a study asks for whatever they change.
+_ASKED = "second-order"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +39,18 @@ class _Straight(LinearAnalysis):
     forces: BodyForces
 
 
-def doubt_of_driven(
+def bent_modes(
     study: MeshStudy,
     solid: Solid,
     contact: tuple[ContactSites, Choices, ContactInterface],
     modes: LinearModes,
     solver: ModalSolver,
     stages: Stages,
-) -> str:
-    """Why no driven motion in contact can be verified, or nothing; to be called on all ranks.
+) -> BentModes:
+    """The modes of a driven body with the kinematics that it needs; to be called on all ranks.
 
-    As for a branch of the mode of the study with linear kinematics, see
-    `mechanics.second_order_effect`.
+    What "auto" takes, and what linear kinematics put in doubt, is decided as for a branch of the
+    mode of the study, see `mechanics.second_order_effect`.
 
     Args:
         study: Study.
@@ -53,16 +59,51 @@ def doubt_of_driven(
         modes: Its modes.
         solver: Solver of its stiffness.
         stages: Timings and progress.
+
+    Raises:
+        StudyError: if second order is asked for, and the followed mode is none of the modes.
+        ModelError: if it is asked for, and the structure cannot have it.
     """
     sites, choices, interface = contact
     if study.mode.number > len(modes.omega):
-        return ""
+        return _without(study, modes, f"mode {study.mode.number} is none of its modes")
     try:
         reduction = massless_reduced(solid, interface, modes, solver)
     except TooManyModesError:
-        return ""  # contact points that move with the modes alone touch nothing
+        return _without(study, modes, NEEDS_FLEXIBILITY)
     straight = _Straight(solid, interface, modes, reduction, sites, choices, BodyForces(solid))
+    sprung = reduction.model.modes > len(modes.omega)
+    found = _chosen(_linear(study) if sprung else study, straight, solver, stages)
+    if sprung:
+        return _without(study, modes, "it has springs that are not linear", found.choice)
+    if not found.choice.second_order:
+        return BentModes.straight(modes, found.choice)
+    return BentModes.of(modes, found)
+
+
+def _chosen(
+    study: MeshStudy, straight: _Straight, solver: ModalSolver, stages: Stages
+) -> Reduction:
+    """The reduction with the kinematics that a study asks for, or that it needs."""
+    bending = bending_of(study, straight, solver, stages)
+    choice = chosen_kind(study, bending, straight, asked_of_study)
+    return in_choice(study, bending, choice, straight, asked_of_study, solver, stages)
+
+
+def _linear(study: MeshStudy) -> MeshStudy:
+    """The same study with linear kinematics."""
     body = study.body.model_copy(update={"kinematics": "linear"})
-    linear = study.model_copy(update={"body": body})
-    bending = bending_of(linear, straight, solver, stages)
-    return chosen_kind(linear, bending, straight, asked_of_study).doubt
+    return study.model_copy(update={"body": body})
+
+
+def _without(
+    study: MeshStudy, modes: LinearModes, reason: str, choice: KinematicsChoice = UNASKED
+) -> BentModes:
+    """Linear kinematics, as a body cannot have others.
+
+    Raises:
+        StudyError: if others are asked for.
+    """
+    if study.body.kinematics == _ASKED:
+        raise StudyError(f'body.kinematics = "{_ASKED}": a driven body cannot have it: {reason}')
+    return BentModes.straight(modes, choice)

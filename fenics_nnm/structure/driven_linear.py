@@ -44,9 +44,11 @@ class DrivenMatrices:
     def data(self) -> Data:
         """Shapes and residual shapes in the order of the unknowns."""
         basis = self.basis
+        bent = {"basis/bent_shapes": basis.bent_shapes.T} if basis.bent_shapes.size else {}
         return Data(
             {
                 "basis/shapes": basis.shapes.T,
                 "basis/residual_shapes": basis.residual_shapes.T,
+                **bent,
             }
         )

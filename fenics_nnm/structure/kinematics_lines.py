@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from fenics_nnm.reduction.reduction import Reduction
 
-#: What is said of a driven structure with second-order kinematics.
-WITHOUT_BENDING = (
-    "fenics-nnm response has linear kinematics alone: large deflection must be left out"
-)
-
 
 def kinematics_words(reduction: Reduction) -> str:
     """Which kinematics a reduction has, and why; empty where a study does not say."""

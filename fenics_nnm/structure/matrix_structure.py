@@ -11,13 +11,14 @@ from mpi4py import MPI
 from scipy import sparse
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError, StudyError
+from fenics_nnm.errors import ModelError
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.reduction.attached import AttachedPoints
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
-from fenics_nnm.reduction.driven import DrivenBasis, driven_basis
+from fenics_nnm.reduction.driven import BentModes, DrivenBasis, driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
+from fenics_nnm.reduction.massless import massless_reduction
 from fenics_nnm.reduction.matrices import Matrices
 from fenics_nnm.reduction.matrix_analysis import (
     Bent,
@@ -41,7 +42,7 @@ from fenics_nnm.structure.damped_rows import DampedRows, rows_of_matrices
 from fenics_nnm.structure.driven_linear import DrivenMatrices
 from fenics_nnm.structure.driven_matrices import driven_places, unit_rows
 from fenics_nnm.structure.first_contact import FirstContact
-from fenics_nnm.structure.kinematics_lines import WITHOUT_BENDING, kinematics_lines
+from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.matrix_files import read_matrix
 from fenics_nnm.structure.mode_count import mode_count
 from fenics_nnm.study import MatrixStudy
@@ -70,15 +71,28 @@ class MatrixStructure:
         return DrivenMatrices(on_root(comm, self._driven, stages))
 
     def _driven(self, stages: Stages) -> DrivenBasis:
-        if self.study.matrices.bends:
-            raise StudyError(f"matrices.quadratic_stiffness and the like: {WITHOUT_BENDING}")
         matrices = self.matrices_at_speed(stages)
         places = driven_places(self.study, matrices, _cubic_springs(self.study, matrices))
         with stages.stage("modes"):
             solver = MatrixSolver(matrices)
             modes = solver.modes(mode_count(self.study, None, matrices.massive))
         with stages.stage("attachments"):
-            return driven_basis(modes, places, solver.operators())
+            return driven_basis(self._bent_modes(modes, solver), places, solver.operators())
+
+    def _bent_modes(self, modes: LinearModes, solver: MatrixSolver) -> BentModes:
+        """Free modes with second-order kinematics, where the study has terms for it.
+
+        Raises:
+            ModelError: if contact points have no flexibility of their own, or a master is no mode.
+        """
+        if not self.study.matrices.bends:
+            return BentModes.straight(modes)
+        matrices, operators = solver.matrices, solver.operators()
+        unique = modes.unique(matrices.contact_displacement)
+        reduction = massless_reduction(
+            unique.omega, unique.shapes, solver.attachments(), matrices.gap, operators
+        )
+        return BentModes.of(unique, self._bent(matrices)(reduction, operators))
 
     def damped_rows(self, linear: MatrixAnalysis) -> DampedRows:
         """As `Structure.damped_rows`."""

@@ -11,7 +11,6 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import StudyError
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.cached_modes import kept_modes
 from fenics_nnm.fem.contact import ContactInterface, interface_at
@@ -45,7 +44,7 @@ from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.damped_body import rows_of_body
 from fenics_nnm.structure.damped_rows import DampedRows
 from fenics_nnm.structure.driven_body import DrivenBody
-from fenics_nnm.structure.driven_kinematics import doubt_of_driven
+from fenics_nnm.structure.driven_kinematics import bent_modes
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.frequencies import frequencies_of
@@ -58,7 +57,7 @@ from fenics_nnm.structure.kinematics import (
     chosen_kind,
     in_choice,
 )
-from fenics_nnm.structure.kinematics_lines import WITHOUT_BENDING, kinematics_lines
+from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.load_lines import load_lines
 from fenics_nnm.structure.loading import assert_followers_apart, assert_off_axis, loads_of
 from fenics_nnm.structure.material_lines import attachment_lines, material_lines
@@ -130,8 +129,6 @@ class MeshStructure:
     def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBody:
         """As `Structure.driven`."""
         study = self.study
-        if study.body.kinematics == "second-order":
-            raise StudyError(f'body.kinematics = "second-order": {WITHOUT_BENDING}')
         assembled = self.assembled(comm, stages)
         solid = assembled.solid
         choices = evenly_spread(assembled.sites)
@@ -145,11 +142,11 @@ class MeshStructure:
         with found as solver:
             with stages.stage("modes"):
                 modes = kept_modes(solid, solver, mode_count(study, None, solver.free))
-            with stages.stage("attachments"):
-                basis = driven(solid, interface, pushes, others, modes, solver, gap_motion)
             chosen = assembled.sites, choices, interface
-            doubt = doubt_of_driven(study, solid, chosen, modes, solver, stages)
-        return DrivenBody(solid, interface, basis, doubt)
+            own = bent_modes(study, solid, chosen, modes, solver, stages)
+            with stages.stage("attachments"):
+                basis = driven(solid, interface, pushes, others, own, solver, gap_motion)
+        return DrivenBody(solid, interface, basis)
 
     def damped_rows(self, linear: LinearAnalysis) -> DampedRows:
         """As `Structure.damped_rows`."""

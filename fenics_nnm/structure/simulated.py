@@ -17,7 +17,7 @@ from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.driven import wanted_frequencies
 from fenics_nnm.study import Study
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.time_domain.driven_flow import driven_flow
 
 #: Natural frequencies of a stored state may differ by this part from those of the structure.
 _SAME = 1e-6
@@ -135,7 +135,7 @@ def simulated(
     if structure.objection:
         raise StudyError(f"reduction.modes = {study.reduction.modes}: {structure.objection}")
     driven = structure.at_level(wanted.level)
-    flow = DampedFlow.of(driven.mechanics, 1.0)
+    flow = driven_flow(driven.mechanics, 1.0)
     state = _first(wanted, structure)
     legs: list[Leg] = []
     with stages.stage("simulation"):

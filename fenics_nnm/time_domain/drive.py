@@ -8,13 +8,17 @@ where harmonics n and -n with conjugate amplitudes make a real force; and gaps t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, Complex
+from fenics_nnm.arrays import Array, Complex, Indices
 from fenics_nnm.mechanics.excitation import Excitation
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
+
+
+def _not_turning() -> Complex:
+    return np.zeros((0, 0, 0), complex)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +30,15 @@ class Drive:
         order: Harmonics n_f, each with its negative, shape (F,).
         amplitude: P_f in N kg^-1/2, shape (J, F).
         gap: How gaps move.
+        turning: What each of these adds per master of second-order kinematics, on these, in
+            N/(kg m), shape (F, k, k); k = 0 where forces do not turn with the motion.
     """
 
     omega: float
     order: Array
     amplitude: Complex
     gap: GapMotion = STILL
+    turning: Complex = field(default_factory=_not_turning)
 
     @classmethod
     def of(
@@ -44,12 +51,16 @@ class Drive:
         """The forces of excitations at a circular frequency; none is a drive, too."""
         order: list[float] = []
         columns: list[Array | Complex] = []
+        turning: list[Complex] = []
         for each in excitations:
             force = (each.cosine - 1j * each.sine) / 2
+            turned = (each.turning[0] - 1j * each.turning[1]) / 2
             order += [each.harmonic, -each.harmonic]
             columns += [force, force.conj()]
+            turning += [turned, turned.conj()]
         amplitude = np.reshape(np.array(columns, complex), (-1, modes)).T
-        return cls(omega, np.array(order, float), amplitude, gap)
+        parts = np.array(turning, complex) if turning else _not_turning()
+        return cls(omega, np.array(order, float), amplitude, gap, parts)
 
     @property
     def rates(self) -> Array:
@@ -59,6 +70,12 @@ class Drive:
     def turned(self, phase: float) -> Complex:
         """P_f exp(i n_f theta) at a phase theta, shape (J, F)."""
         return np.asarray(self.amplitude * np.exp(1j * phase * self.order))
+
+    def turned_pairs(self, phase: float, first: Indices, second: Indices) -> Complex:
+        """What forces that turn add, at a phase and pairs of masters, shape (P, F)."""
+        if not self.turning.size:
+            return np.zeros((len(first), len(self.order)), complex)
+        return np.asarray((self.turning[:, first, second].T) * np.exp(1j * phase * self.order))
 
     def force(self, phase: Array | float) -> Array:
         """The force at phases, shape (.., J)."""
@@ -93,4 +110,4 @@ class Drive:
         """The same, written in harmonics of the frequency over a number of periods."""
         harmonics = tuple(periods * n for n in self.gap.harmonics)
         gap = replace(self.gap, harmonics=harmonics)
-        return Drive(self.omega / periods, periods * self.order, self.amplitude, gap)
+        return replace(self, omega=self.omega / periods, order=periods * self.order, gap=gap)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.time_domain.driven_flow import DrivenFlow
 from fenics_nnm.time_domain.driven_map import DrivenMap, Missed
 from fenics_nnm.time_domain.driven_motion import Arrived, DrivenOrbit, Step, arrived, orbit_of
 
@@ -16,7 +16,7 @@ _TOLERANCE = 1e-9
 _MOST = 80
 
 
-def fold_between(flow: DampedFlow, before: DrivenOrbit, after: DrivenOrbit) -> DrivenOrbit:
+def fold_between(flow: DrivenFlow, before: DrivenOrbit, after: DrivenOrbit) -> DrivenOrbit:
     """The exact motion at which the branch turns back between two of its motions.
 
     Motions on the way from one to the other are shot with the frequency left open; the tangent of

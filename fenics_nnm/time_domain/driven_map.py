@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.time_domain.driven_flow import DrivenFlow
 
 #: Relative difference of frequencies from which the slope by the frequency follows.
 _DIFFERENCE = 1e-6
@@ -52,11 +52,11 @@ class DrivenMap:
         amplitude: Unit of the energy norm, kg^1/2 m/s.
     """
 
-    flow: DampedFlow
+    flow: DrivenFlow
     amplitude: float
 
     @classmethod
-    def around(cls, flow: DampedFlow, q: Array, velocity: Array) -> DrivenMap:
+    def around(cls, flow: DrivenFlow, q: Array, velocity: Array) -> DrivenMap:
         """In units of a state."""
         return cls(flow, float(np.linalg.norm([flow.model.omega * q, velocity])) or 1.0)
 
@@ -80,7 +80,7 @@ class DrivenMap:
         """Circular frequency in rad/s."""
         return float(unknowns[-1]) * self.flow.drive.omega
 
-    def driven(self, unknowns: Array) -> DampedFlow:
+    def driven(self, unknowns: Array) -> DrivenFlow:
         """The flow at the frequency of unknowns."""
         return self.flow.at(self.omega(unknowns))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array, Complex
-from fenics_nnm.time_domain.damped_flow import DampedFlow
+from fenics_nnm.time_domain.driven_flow import DrivenFlow
 from fenics_nnm.time_domain.driven_map import DrivenMap, Missed
 
 #: Kinds of instability, by the largest multiplier.
@@ -107,7 +107,7 @@ Step = Callable[[Array, Missed], Array]
 
 
 def driven_orbit(
-    flow: DampedFlow,
+    flow: DrivenFlow,
     q: Array,
     velocity: Array,
     *,

@@ -290,7 +290,6 @@ def test_plate_is_driven_by_the_lobes_alone(tmp_path: Path) -> None:
         ({"contact": {"direction": "casing", "axis": None}}, ['direction = "casing"', '"radial"']),
         ({"contact": {"casing": {"origin": [1e-5, 0.0]}}}, ["contact.casing", "[rotation]"]),
         ({"contact": {"casing": {"amplitude": 1e-5}}}, ["nothing moves the structure"]),
-        ({"body": {"kinematics": "second-order"}}, ['kinematics = "second-order"']),
     ],
 )
 def test_what_a_fixed_casing_does_not_go_with_is_one_line(

@@ -7,7 +7,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.excitation import Excitation
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.response.simulation import Simulation, settled, simulation
-from fenics_nnm.response.structure import Watched
+from fenics_nnm.response.watched import Watched
 from fenics_nnm.time_domain.damped_flow import DampedFlow
 from fenics_nnm.time_domain.drive import Drive
 

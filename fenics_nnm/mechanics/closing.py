@@ -255,7 +255,7 @@ class QuadraticClosing:
 
     def _by_pairs(self, one: Array, other: Array) -> Array:
         """x^T Theta y of vectors (s, k), shape (s, n_c)."""
-        pairs = (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
+        pairs = (one[:, :, None] * other[:, None, :]).reshape(len(one), one.shape[1] ** 2)
         return np.asarray(pairs @ self.Theta.reshape(len(self.Theta), -1).T)
 
 

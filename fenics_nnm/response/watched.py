@@ -134,5 +134,5 @@ class Watched:
 
     def _by_pairs(self, one: Array, other: Array) -> Array:
         """x^T theta y of vectors (s, k), shape (s, w)."""
-        pairs = (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
+        pairs = (one[:, :, None] * other[:, None, :]).reshape(len(one), one.shape[1] ** 2)
         return np.asarray(pairs @ self.bent.reshape(len(self.bent), -1).T)

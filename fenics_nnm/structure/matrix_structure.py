@@ -77,9 +77,13 @@ class MatrixStructure:
             solver = MatrixSolver(matrices)
             modes = solver.modes(mode_count(self.study, None, matrices.massive))
         with stages.stage("attachments"):
-            return driven_basis(self._bent_modes(modes, solver), places, solver.operators())
+            return driven_basis(
+                self._bent_modes(matrices, modes, solver), places, solver.operators()
+            )
 
-    def _bent_modes(self, modes: LinearModes, solver: MatrixSolver) -> BentModes:
+    def _bent_modes(
+        self, matrices: Matrices, modes: LinearModes, solver: MatrixSolver
+    ) -> BentModes:
         """Free modes with second-order kinematics, where the study has terms for it.
 
         Raises:
@@ -87,7 +91,7 @@ class MatrixStructure:
         """
         if not self.study.matrices.bends:
             return BentModes.straight(modes)
-        matrices, operators = solver.matrices, solver.operators()
+        operators = solver.operators()
         unique = modes.unique(matrices.contact_displacement)
         reduction = massless_reduction(
             unique.omega, unique.shapes, solver.attachments(), matrices.gap, operators

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 
+from fenics_nnm.mechanics.second_order_effect import KinematicsChoice
 from fenics_nnm.response.isolas import FIRST_BRANCH
 from fenics_nnm.response.levels import Response
 from fenics_nnm.response.phase_resonance import DampedBackbone
@@ -41,12 +42,14 @@ def pieces(found: Response) -> Iterator[str]:
             )
 
 
-def kinematics_note(found: Response, doubt: str) -> Iterator[str]:
-    """What linear kinematics leave out of a body that touches something, a line."""
-    if any(point.touches for point in found.points):
+def kinematics_note(found: Response, choice: KinematicsChoice) -> Iterator[str]:
+    """Which kinematics a driven body has, and what linear ones put in doubt, a line."""
+    if choice.second_order:
+        yield f"kinematics are of second order: {choice.reason}"
+    elif any(point.touches for point in found.points):
         yield (
-            f"no motion in contact is verified: {doubt}"
-            if doubt
+            f"no motion in contact is verified: {choice.doubt}"
+            if choice.doubt
             else "kinematics are linear; fenics-nnm check says how much second order would change"
         )
 

@@ -209,11 +209,11 @@ def _lines(missing: Sequence[str], found: Response) -> list[str]:
 
 
 def _notes(chosen: DrivenChoice, found: Response) -> tuple[str, ...]:
-    numbers = chosen.line(found)
+    numbers, choice = chosen.line(found), chosen.linear.basis.choice
     return (
         *pieces(found),
         *map(str, found.instead),
-        *(kinematics_note(found, chosen.linear.doubt) if chosen.linear.has_mesh else ()),
+        *(kinematics_note(found, choice) if chosen.linear.has_mesh else ()),
         *([numbers] if numbers else []),
     )
 

@@ -17,6 +17,7 @@ from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.output.html_report.words import sentences
 from fenics_nnm.output.pictures.results import read_results
 from fenics_nnm.response.point import Status
+from fenics_nnm.results import response_file
 from fenics_nnm.running.responding import ResponseJob, respond
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import linear_analysis, prepared
@@ -107,6 +108,7 @@ def test_what_cannot_be_of_second_order_is_linear_and_says_how_much_it_lacks(
 def test_driven_motions_are_doubted_as_those_of_a_branch(tmp_path: Path) -> None:
     """The same number as for a branch; motions without contact, and failed ones, are left alone."""
     driven = {
+        "body": {"kinematics": "linear"},
         "mode": {"harmonics": 3, "samples": 32},
         "damping": {"ratio": 0.05},
         "excitation": {"facets": "right", "force": [0.0, 600.0]},
@@ -127,6 +129,31 @@ def test_driven_motions_are_doubted_as_those_of_a_branch(tmp_path: Path) -> None
     assert touching and all(point.status is not Status.VERIFIED for point in touching)
     assert {p.status for p in found.found.points if not p.touches} == {Status.EXACT}
     assert any("no motion in contact is verified" in line for line in found.notes)
+
+
+def test_driven_motions_have_second_order_where_it_matters(tmp_path: Path) -> None:
+    """Beside a resonance and at it: foreshortening of 0.581 a^2 / L, and nothing in doubt."""
+    driven = {
+        "mode": {"harmonics": 4, "samples": 32},
+        "damping": {"ratio": 0.01},
+        "excitation": {"facets": "right", "force": [0.0, 2.0]},
+        "monitor": [{"name": "axial", "facets": "right", "direction": [1.0, 0.0]}],
+        "response": {"frequencies": {"from": 16.0, "to": 18.0, "step": 1.0}, "backbone": False},
+    }
+    study = study_from(changed(SLENDER, driven), Path("study.toml"))
+    job = ResponseJob(study, "", resume=False, comm=MPI.COMM_SELF, stages=Stages())
+    found = respond(job, tmp_path / "driven")
+    assert found.structure.model.kinematics.masters.tolist() == [0]
+    assert any("kinematics are of second order: at gamma ratio" in line for line in found.notes)
+    points = found.found.points
+    assert {point.status for point in points} == {Status.VERIFIED}
+    assert max(point.imbalance for point in points) < 1e-10
+    highest = max(points, key=lambda point: point.amplitude[0])
+    assert highest.judgement.largest_multiplier == pytest.approx(np.exp(-0.02 * np.pi), rel=1e-3)
+    shortened = highest.displacements.lowest[1] / highest.amplitude[0] ** 2
+    assert shortened == pytest.approx(-0.5810, rel=0.01)
+    stored = response_file.read(tmp_path / "driven" / "response.h5")
+    np.testing.assert_allclose(stored.watched.bent, found.structure.watched.bent)
 
 
 def test_full_order_is_doubted_too() -> None:

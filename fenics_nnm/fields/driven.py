@@ -73,10 +73,11 @@ def _motion(
     model: ReducedModel, series: Series, point: ResponsePoint, gap_motion: GapMotion
 ) -> Motion:
     """A motion; its contact points are displaced against gaps that move with -(g - g0)."""
-    free = point.q @ model.Phi.T - gap_motion.coefficients(series)
+    free, basis = point.q @ model.Phi.T - gap_motion.coefficients(series), series.synthesis
+    moved = model.kinematics.closing.displaced(basis @ free, basis, point.q)
     return Motion(
         q=point.q,
-        force=_forces(model, series.synthesis @ free),
+        force=_forces(model, moved),
         free=free,
         frequency=point.frequency,
         rayleigh_frequency=float("nan"),

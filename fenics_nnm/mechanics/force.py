@@ -49,8 +49,8 @@ class SampledMotion:
         return self.series.synthesis @ (-((self.series.order[:, None] * self.omega) ** 2) * self.q)
 
 
-class Force(Protocol):
-    """A force that the motion of the coordinates determines."""
+class PeriodicForce(Protocol):
+    """A force on a periodic motion: its harmonics follow from those of the coordinates."""
 
     def harmonics(self, motion: SampledMotion) -> Array:
         """Its harmonics, on the left-hand side of the equations of motion, shape (c, J)."""
@@ -66,6 +66,10 @@ class Force(Protocol):
 
     def mean_energy(self, motion: SampledMotion) -> float:
         """Mean over the period of the energy that it stores."""
+
+
+class Force(PeriodicForce, Protocol):
+    """A force that the motion of the coordinates determines, at any time."""
 
     def at(self, q: Array, velocity: Array) -> Array:
         """The force at states without acceleration, shape (.., J)."""

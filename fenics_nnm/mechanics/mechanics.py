@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from fenics_nnm.mechanics.excitation import Excitation
-from fenics_nnm.mechanics.force import Force
+from fenics_nnm.mechanics.force import Force, PeriodicForce
 from fenics_nnm.mechanics.linear_part import LinearPart, ModalPart
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
@@ -51,7 +51,7 @@ class Mechanics:
         return cls(model, model.at_rest(), ModalPart(model.omega), (*own, *forces))
 
     @property
-    def acting(self) -> tuple[Force, ...]:
+    def acting(self) -> tuple[PeriodicForce, ...]:
         """All forces besides contact of which harmonics follow from those of the motion."""
         return (*self.forces, *self.turned)
 

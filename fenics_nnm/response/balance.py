@@ -37,8 +37,8 @@ def imbalance(mechanics: Mechanics, series: FourierSeries, motion: Solution) -> 
     lost = _mean(series, mechanics.linear.at(series, motion.omega).times(q), rates)
     largest = _mean(series, np.abs(push), np.abs(rates))
     largest += _mean(series, np.abs(force), np.abs(gap_rates))
-    for each in mechanics.turned:
-        own, size = each.work(SampledMotion(series, q, motion.omega))
+    for turned in mechanics.turned:
+        own, size = turned.work(SampledMotion(series, q, motion.omega))
         work, largest = work + own, largest + size
     return abs(work - lost) / max(abs(work), _NOTHING * largest, _TINY)
 

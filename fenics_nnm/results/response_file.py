@@ -95,7 +95,7 @@ def create(path: Path, header: BranchHeader, watched: Watched, data: Data) -> No
     Raises:
         OutputError: if it cannot be written.
     """
-    arrays = {
+    arrays: dict[str, Any] = {
         "watched/shapes": watched.shapes,
         "watched/residual": watched.residual,
         "watched/masters": watched.masters,

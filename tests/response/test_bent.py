@@ -51,10 +51,7 @@ def found(
             "mode": {"number": 1, "harmonics": 12, "samples": 64},
             "damping": {"ratio": DAMPING / 2},
             "excitation": [{"unknown": 1, "force": FORCE}],
-            "response": {
-                "frequencies": dict(zip(keys, frequencies, strict=True)),
-                "backbone": backbone,
-            },
+            "response": {"frequencies": wanted, "backbone": backbone},
         },
         folder / "study.toml",
     )

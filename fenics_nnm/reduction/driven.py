@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ModelError, TooManyModesError
+from fenics_nnm.errors import Code, TooManyModesError
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.kinematics import LINEAR, Kinematics
@@ -141,6 +141,7 @@ def driven_basis(own: BentModes, places: DrivenPlaces, operators: Operators) -> 
 
     Raises:
         ModelError: if an excited place moves no mass.
+        TooManyModesError: if they bend, and contact points have no flexibility of their own.
     """
     modes = own.modes
     points = places.springs.and_also(np.hstack([places.excited, places.dampers]))
@@ -181,7 +182,7 @@ def _bent(
     if not theta.shape[1]:
         return model, theta
     if not model.massless:
-        raise ModelError(f"{own.choice.reason}: {NEEDS_FLEXIBILITY}")
+        raise TooManyModesError(NEEDS_FLEXIBILITY, code=Code.TOO_MANY_MODES)
     added, place = basis.shapes[:, free:], Pairs.of(len(own.kinematics.masters)).place
     shared = -operators.inner(added, operators.mass(theta))
     kinematics = own.kinematics.among_more(

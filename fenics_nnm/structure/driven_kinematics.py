@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from fenics_nnm.errors import StudyError, TooManyModesError
@@ -12,7 +13,7 @@ from fenics_nnm.fem.linear import LinearAnalysis, massless_reduced
 from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.mechanics.second_order_effect import UNASKED, KinematicsChoice
-from fenics_nnm.reduction.driven import NEEDS_FLEXIBILITY, BentModes
+from fenics_nnm.reduction.driven import NEEDS_FLEXIBILITY, BentModes, DrivenBasis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
@@ -79,6 +80,25 @@ def bent_modes(
     if not found.choice.second_order:
         return BentModes.straight(modes, found.choice)
     return BentModes.of(modes, found)
+
+
+def with_kinematics(
+    study: MeshStudy, own: BentModes, reduced: Callable[[BentModes], DrivenBasis]
+) -> DrivenBasis:
+    """The driven basis of modes, with linear kinematics where forces act at contact points.
+
+    Args:
+        study: Study.
+        own: Modes with their kinematics.
+        reduced: Makes the basis.
+
+    Raises:
+        StudyError: if second order is asked for, and contact points have no flexibility.
+    """
+    try:
+        return reduced(own)
+    except TooManyModesError:
+        return reduced(_without(study, own.modes, NEEDS_FLEXIBILITY))
 
 
 def _chosen(

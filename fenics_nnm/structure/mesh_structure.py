@@ -44,7 +44,7 @@ from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.damped_body import rows_of_body
 from fenics_nnm.structure.damped_rows import DampedRows
 from fenics_nnm.structure.driven_body import DrivenBody
-from fenics_nnm.structure.driven_kinematics import bent_modes
+from fenics_nnm.structure.driven_kinematics import bent_modes, with_kinematics
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.frequencies import frequencies_of
@@ -135,7 +135,7 @@ class MeshStructure:
         interface = assembled.interface(choices)
         gap_motion = gap_motion_of(assembled.sites, chosen_of(choices))
         report_notes(solid.tagged.notes, comm)
-        pushes = excitations_of(study, solid.tagged.dim)
+        pushes = tuple(excitations_of(study, solid.tagged.dim))
         others = Others(dashpots_of(study, solid.tagged.dim), monitors_of(study, solid.tagged.dim))
         with stages.stage("factors"):
             found = _modal_solver(study, solid)
@@ -145,7 +145,13 @@ class MeshStructure:
             chosen = assembled.sites, choices, interface
             own = bent_modes(study, solid, chosen, modes, solver, stages)
             with stages.stage("attachments"):
-                basis = driven(solid, interface, pushes, others, own, solver, gap_motion)
+                basis = with_kinematics(
+                    study,
+                    own,
+                    lambda modes: driven(
+                        solid, interface, pushes, others, modes, solver, gap_motion
+                    ),
+                )
         return DrivenBody(solid, interface, basis)
 
     def damped_rows(self, linear: LinearAnalysis) -> DampedRows:

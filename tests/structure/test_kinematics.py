@@ -17,11 +17,12 @@ from fenics_nnm.errors import ModelError, StudyError
 from fenics_nnm.output.html_report.words import sentences
 from fenics_nnm.output.pictures.results import read_results
 from fenics_nnm.response.point import Status
+from fenics_nnm.response.structure import NO_FLEXIBILITY
 from fenics_nnm.results import response_file
 from fenics_nnm.running.responding import ResponseJob, respond
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import linear_analysis, prepared
-from fenics_nnm.structure.driven import driven_linear
+from fenics_nnm.structure.driven import driven_linear, driven_structure
 from fenics_nnm.structure.kinematics_lines import kinematics_lines
 from fenics_nnm.structure.motions_at_speed import Quantity, ReachedByTargets, Target
 from fenics_nnm.structure.prepared import Prepared
@@ -154,6 +155,20 @@ def test_driven_motions_have_second_order_where_it_matters(tmp_path: Path) -> No
     assert shortened == pytest.approx(-0.5810, rel=0.01)
     stored = response_file.read(tmp_path / "driven" / "response.h5")
     np.testing.assert_allclose(stored.watched.bent, found.structure.watched.bent)
+
+
+def test_driven_motions_that_cannot_bend_are_linear_or_refused() -> None:
+    """A force that takes part in the motion of the contact point leaves it no flexibility."""
+    driven = {
+        "damping": {"ratio": 0.01},
+        "excitation": {"at": [1.0, 0.0], "force": [0.985, 0.174]},
+        "response": {"frequencies": {"from": 16.0, "to": 18.0, "step": 1.0}},
+    }
+    found = driven_structure(study_from(changed(SLENDER, driven), Path("s.toml")), MPI.COMM_SELF)
+    assert not found.bends and found.objection == NO_FLEXIBILITY
+    asked = changed(SLENDER, {**driven, "body": {"kinematics": "second-order"}})
+    with pytest.raises(StudyError, match="a driven body cannot have it: second-order kinematics"):
+        driven_structure(study_from(asked, Path("s.toml")), MPI.COMM_SELF)
 
 
 def test_full_order_is_doubted_too() -> None:

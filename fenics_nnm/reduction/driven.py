@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import Code, TooManyModesError
+from fenics_nnm.errors import TooManyModesError
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.force import Force
 from fenics_nnm.mechanics.kinematics import LINEAR, Kinematics
@@ -182,7 +182,7 @@ def _bent(
     if not theta.shape[1]:
         return model, theta
     if not model.massless:
-        raise TooManyModesError(NEEDS_FLEXIBILITY, code=Code.TOO_MANY_MODES)
+        raise TooManyModesError(NEEDS_FLEXIBILITY)
     added, place = basis.shapes[:, free:], Pairs.of(len(own.kinematics.masters)).place
     shared = -operators.inner(added, operators.mass(theta))
     kinematics = own.kinematics.among_more(

@@ -2,7 +2,7 @@
 
     python3 docs/site/sentences.py --seed 18 --count 30
 
-With --long it lists all sentences of more than so many words instead.
+With --long it lists all sentences of more than so many words instead, those in tables included.
 """
 
 from __future__ import annotations
@@ -19,7 +19,17 @@ ROOT = Path(__file__).resolve().parents[2]
 _FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 _CODE = re.compile(r"^ {4,}.*$", re.MULTILINE)
 _ITEM = re.compile(r"^([*-]|\d+\.) ")
-_END = re.compile(r"(?<=[.!?])\s+(?=[A-Z`\"*(\[0-9])")
+_RULE = re.compile(r"^\|[-| :]*$")
+
+#: A full stop, closed brackets, quotes and emphasis after it, and a space.
+_STOP = re.compile(r"(?<![.\s])[.!?][)*\"]*\s+")
+
+#: A point after these ends no sentence: abbreviations, and initials of names.
+_ABBREVIATION = re.compile(r"(\b(St|eq|al)|(\(|, |\band |[A-Z]\. )[A-Z])\.$")
+
+#: What ends a sentence, and what begins a line that only names files.
+_WHOLE = re.compile(r"[.!?][)*\"]*$")
+_NAMES = re.compile(r"\*?(Code|Run|Used by)\b")
 
 #: A sentence has so many words at least: shorter ones are headings of lists.
 _LEAST = 6
@@ -29,21 +39,54 @@ def sentences() -> Iterator[tuple[str, str]]:
     """Name of the page and text of each sentence, links by their words."""
     for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
         for paragraph in _paragraphs(page.read_text("utf-8")):
-            plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", paragraph)
-            yield from ((page.name, each) for each in _END.split(plain) if each.strip())
+            yield from ((page.name, each) for each in _parted(paragraph))
+
+
+def long_sentences(most: int) -> list[tuple[str, str]]:
+    """Sentences of more words than `most`; signs such as = and + are no words."""
+    return [(page, text) for page, text in sentences() if words(text) > most]
+
+
+def whole_sentences() -> list[tuple[str, str]]:
+    """Sentences to be read: those that end with a full stop and do more than name files."""
+    return [
+        (page, text)
+        for page, text in sentences()
+        if words(text) >= _LEAST and _WHOLE.search(text) and not _NAMES.match(text)
+    ]
+
+
+def words(text: str) -> int:
+    """Number of words: what stands between spaces and has a letter or a digit."""
+    return sum(bool(re.search(r"\w", each)) for each in text.split())
+
+
+def _parted(paragraph: str) -> Iterator[str]:
+    """Sentences of a paragraph."""
+    plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", paragraph)
+    begin = 0
+    for stop in _STOP.finditer(plain):
+        text = plain[begin : stop.end()].strip()
+        if not _ABBREVIATION.search(text):
+            yield text
+            begin = stop.end()
+    if plain[begin:].strip():
+        yield plain[begin:].strip()
 
 
 def _paragraphs(text: str) -> Iterator[str]:
-    """Paragraphs and items of lists, each in one line."""
+    """Paragraphs, items of lists, cells of tables and texts of pictures, each in one line."""
     lines: list[str] = []
     for line in [*_CODE.sub("", _FENCE.sub("\n\n", text)).splitlines(), ""]:
-        words = line.strip()
-        ends = not words or words.startswith(("|", "#", "!["))
-        if lines and (ends or _ITEM.match(words)):
+        stripped = line.strip()
+        apart = stripped.startswith(("|", "#", "!["))
+        if lines and (apart or not stripped or _ITEM.match(stripped)):
             yield " ".join(lines)
             lines = []
-        if not ends:
-            lines.append(_ITEM.sub("", words, count=1) if not lines else words)
+        if stripped.startswith("|") and not _RULE.match(stripped):
+            yield from (cell.strip() for cell in re.split(r"(?<!\\)\|", stripped) if cell.strip())
+        elif stripped and not apart:
+            lines.append(_ITEM.sub("", stripped, count=1) if not lines else stripped)
 
 
 def main() -> None:
@@ -53,12 +96,10 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=30)
     parser.add_argument("--long", type=int, help="all sentences of more words than this")
     asked = parser.parse_args()
-    known = list(sentences())
     if asked.long:
-        chosen = [each for each in known if len(each[1].split()) > asked.long]
+        chosen = long_sentences(asked.long)
     else:
-        known = [each for each in known if len(each[1].split()) >= _LEAST]
-        chosen = random.Random(asked.seed).sample(known, asked.count)
+        chosen = random.Random(asked.seed).sample(whole_sentences(), asked.count)
     for number, (page, text) in enumerate(chosen, start=1):
         sys.stdout.write(f"{number}. {page}: {text}\n")
 

@@ -10,6 +10,7 @@ import fenics_nnm as nnm
 
 ROOT = Path(__file__).parents[2]
 SITE = runpy.run_path(str(ROOT / "docs/site/conf.py"))
+SENTENCES = runpy.run_path(str(ROOT / "docs/site/sentences.py"))
 
 
 def text(name: str) -> str:
@@ -68,6 +69,24 @@ def test_lines_of_pages_are_not_too_wide() -> None:
     """`python3 docs/site/wrap.py PAGE` wraps a page."""
     pages = ["README.md", *(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
     assert [name for name in pages if wide(name)] == []
+
+
+def test_no_sentence_is_long() -> None:
+    """Thirty words at most, in tables as well; `python3 docs/site/sentences.py --long 30`."""
+    assert SENTENCES["long_sentences"](30) == []
+
+
+def test_sentences_are_told_apart() -> None:
+    parted = list(
+        SENTENCES["_parted"]("By name (M. Hochbruck, A. Einstein). p is *small.* At 2 J. So a . b!")
+    )
+    assert parted == [
+        "By name (M. Hochbruck, A. Einstein).",
+        "p is *small.*",
+        "At 2 J.",
+        "So a . b!",
+    ]
+    assert SENTENCES["words"]("x = [a page](page.md) + 1") == 4
 
 
 def test_wrapping_keeps_code_lists_and_links() -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fenics_nnm.commands.run_table import line_of_marks, result_table, shown_points
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -22,21 +23,12 @@ from fenics_nnm.commands.shared import (
 from fenics_nnm.interrupts import terminable
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from fenics_nnm.backbone.branch import Encounter
-    from fenics_nnm.backbone.extremes import Extremes
     from fenics_nnm.backbone.point import BranchPoint
-    from fenics_nnm.run import RunResult
-    from fenics_nnm.study import Study
 
 
 #: Motions that need less damping than this are stable but for round-off.
 _ROUND_OFF = 1e-9
-
-
-#: Columns of a terminal that has room for displacement and stress.
-_WIDE = 80
 
 
 def add_to(commands: Commands) -> None:
@@ -73,10 +65,14 @@ def _run(arguments: argparse.Namespace) -> int:
     older = "" if arguments.resume else on_root(MPI.COMM_WORLD, older_results, folder)
     with terminable(), stages_of(console, arguments) as stages:
         result = run_study(study, text, folder, resume=arguments.resume, stages=stages)
+    points = result.branch.points
     console.print(result_table(result, study, console.width))
+    for line in (_left_out(points, study.continuation.report_at), line_of_marks(points)):
+        if line:
+            show(console, line)
     for encounter in result.branch.encounters:
         show(console, _line(encounter))
-    for line in (result.message, stability_line(result.branch.points)):
+    for line in (result.message, stability_line(points)):
         if line:
             show(console, line)
     for line in result.summary["advice"]:
@@ -91,6 +87,12 @@ def _run(arguments: argparse.Namespace) -> int:
     return DONE
 
 
+def _left_out(points: Sequence[BranchPoint], ratios: Sequence[float]) -> str:
+    """How many points the table has; empty where it has all of them."""
+    shown = len(shown_points(points, ratios))
+    return "" if shown == len(points) else f"{shown} of {len(points)} points; backbone.csv has all"
+
+
 def _line(encounter: Encounter) -> str:
     """What became of an internal resonance, in a line."""
     entered, skipped = (
@@ -99,50 +101,6 @@ def _line(encounter: Encounter) -> str:
     )
     places = "; ".join(text for text in (entered, skipped) if text)
     return f"internal resonance with {encounter.name} near {encounter.frequency:.6g} Hz: {places}"
-
-
-def result_table(result: RunResult, study: Study, width: int = 0) -> Table:
-    """A few points of the branch: those reported, or evenly spread ones.
-
-    Where there is room for it the largest displacement and von Mises stress are among the columns.
-    """
-    from rich.table import Table
-
-    from fenics_nnm.backbone.quantities import asked_points
-
-    table = Table(title=study.title or None, box=None, padding=(0, 3, 0, 0))
-    points = result.branch.points
-    several = any(point.family > 1 for point in points)
-    family = ("family",) if several else ()
-    sizes = _sizes_of(points, width - 10 * several)
-    for heading in ("gamma ratio", "frequency (Hz)", "ratio", *sizes, "status", *family):
-        table.add_column(heading, justify="right", no_wrap=True)
-    reported = asked_points(points, study.continuation.report_at)
-    for point in reported or points[:: max(1, len(points) // 10)]:
-        table.add_row(
-            f"{point.gamma_ratio:g}",
-            f"{point.motion.frequency:.4f}",
-            f"{point.frequency_ratio:.5f}",
-            *(f"{of(point.extremes):.4g}" for of in sizes.values()),
-            point.status,
-            *((str(point.family),) if several else ()),
-        )
-    return table
-
-
-def _sizes_of(points: Sequence[BranchPoint], width: int) -> dict[str, Callable[[Extremes], float]]:
-    """Columns of displacement and stress by their heading: those that are known and fit."""
-    if width < _WIDE:
-        return {}
-    columns: dict[str, Callable[[Extremes], float]] = {
-        "u (mm)": lambda own: 1e3 * own.displacement.value,
-        "s (MPa)": lambda own: 1e-6 * own.von_mises.away.value,
-    }
-    return {
-        heading: of
-        for heading, of in columns.items()
-        if any(of(point.extremes) == of(point.extremes) for point in points)
-    }
 
 
 def stability_line(points: Sequence[BranchPoint]) -> str:

@@ -17,6 +17,9 @@ from fenics_nnm.backbone.point import BranchPoint
 #: Errors below this are round-off, and printed as zero.
 _ROUND_OFF = 1e-12
 
+#: Digits of the numbers in summary.json.
+_DIGITS = 12
+
 
 @dataclass(frozen=True, slots=True)
 class Column:
@@ -162,9 +165,18 @@ def _of_patches(point: BranchPoint, count: int) -> list[str]:
 
 
 def write_summary(path: Path, summary: dict[str, Any]) -> None:
-    """Write summary.json.
+    """Write summary.json, its numbers to 12 digits: 2.1, where a sum of steps is a bit below.
 
     Raises:
         OSError: if it cannot be written.
     """
-    path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    path.write_text(json.dumps(_readable(summary), indent=2, allow_nan=False) + "\n")
+
+
+def _readable(value: Any) -> Any:
+    """Numbers, also those in lists and dictionaries, without their round-off."""
+    if isinstance(value, dict):
+        return {key: _readable(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_readable(each) for each in value]
+    return float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value

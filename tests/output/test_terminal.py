@@ -18,6 +18,7 @@ from conftest import PLATE, ROD, Ended
 from ranks import on_ranks, own_lines
 from rich.console import Console
 
+from fenics_nnm.backbone.extremes import Extremes, Spot, StressPeak
 from fenics_nnm.backbone.follow import Branch
 from fenics_nnm.backbone.point import (
     CONVERGED,
@@ -25,6 +26,7 @@ from fenics_nnm.backbone.point import (
     FREQUENCY_RATIO,
     GAMMA_RATIO,
     STATUSES,
+    VERIFIED,
     Balance,
     BranchPoint,
     ContinuationNotes,
@@ -33,7 +35,7 @@ from fenics_nnm.backbone.point import (
     Verdict,
 )
 from fenics_nnm.backbone.verdict import WITH_MASS
-from fenics_nnm.commands.run import result_table
+from fenics_nnm.commands.run_table import line_of_marks, result_table
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.processes import environment_of_child
 from fenics_nnm.run import RunResult
@@ -78,6 +80,48 @@ def test_table_fits_on_a_narrow_terminal(study_file: StudyFile, tmp_path: Path) 
     assert [line.split()[0] for line in lines].count("1.0625") == len(STATUSES)
     for words in ("gamma ratio", "frequency (Hz)", "123456.7890", "1.12346", *STATUSES):
         assert words in text.getvalue()
+
+
+def printed(study: Path, *points: BranchPoint, width: int = 100) -> list[str]:
+    """Lines of the table of such points."""
+    text, result = io.StringIO(), RunResult(Path(), branch_of(*points), {})
+    table = result_table(result, read_study(study), width)
+    Console(file=text, width=width).print(table)
+    return text.getvalue().splitlines()[2:]
+
+
+def numbered(count: int) -> list[BranchPoint]:
+    return [replace(POINT, at={**POINT.at, GAMMA_RATIO: 1 + n / 100}) for n in range(count)]
+
+
+def test_short_branches_are_shown_whole_and_long_ones_by_ends_and_reported_points(
+    study_file: StudyFile,
+) -> None:
+    reported = study_file(continuation={"report_at": [1.02, 1.1]})
+    assert len(printed(reported, *numbered(20))) == 20
+    ratios = [float(line.split()[0]) for line in printed(reported, *numbered(21))]
+    assert ratios == [1.0, 1.02, 1.1, 1.2]
+    spread = [
+        line.split()[0]
+        for line in printed(study_file(continuation={"report_at": []}), *numbered(100))
+    ]
+    assert (spread[0], spread[1], spread[-1], len(spread)) == ("1", "1.1", "1.99", 11)
+
+
+def test_points_beyond_yield_are_marked_whatever_their_status(study_file: StudyFile) -> None:
+    """A verdict is about the equations, not about the metal."""
+    extremes = Extremes(
+        displacement=Spot(2e-3), von_mises=StressPeak(away=Spot(5e9)), yield_margin=Spot(0.2)
+    )
+    sound, broken = replace(POINT, verdict=Verdict(VERIFIED)), replace(POINT, extremes=extremes)
+    for width in (60, 100):
+        lines = printed(
+            study_file(), sound, replace(broken, verdict=Verdict(VERIFIED)), width=width
+        )
+        assert [line.split()[-1] for line in lines] == ["verified", "*"]
+    assert "2      5000" in lines[1]
+    assert line_of_marks([sound, sound]) == ""
+    assert line_of_marks([sound, broken]).startswith("* beyond yield, 1 of 2 points: ")
 
 
 def warned(caplog: pytest.LogCaptureFixture, *points: BranchPoint) -> str:

@@ -112,6 +112,9 @@ def test_summary_says_how_large_and_how_long(results: Path) -> None:
     parts |= {"backbone", "stress", "output"}
     assert parts == set(summary["timings"])
     assert all(seconds > 0 for seconds in summary["timings"].values())
+    # 0.8 + 0.2 + 0.2 + 0.2 is 1.4 and not 1.4000000000000001
+    said = [each["gamma_ratio"] for each in summary["not_verified"]]
+    assert said == [1.2, 1.4, 1.5, 1.6]
     # a plane frequency known from elsewhere: Euler-Bernoulli within 1 %
     beam = 3.51602 * np.sqrt(2.1e11 / 7800 / 12) * 0.02 / 0.2**2 / (2 * np.pi)
     assert summary["linear_frequencies_Hz"][0] == pytest.approx(beam, rel=0.02)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -37,6 +37,7 @@ def headlines(results: Results) -> list[tuple[str, str]]:
         *_stress(largest),
         *_orders(results),
         ("Verified points", f"{verified} of {len(points)}"),
+        *_yielding(points),
     ]
 
 
@@ -70,6 +71,13 @@ def _stress(point: BranchPoint) -> Iterator[tuple[str, str]]:
         beyond = COLUMNS["beyond"].printed(point)
         words = f"{1e-6 * float(printed):.4g} MPa von Mises"
         yield "Stress there", f"{words}, beyond {beyond}" if beyond else words
+
+
+def _yielding(points: Sequence[BranchPoint]) -> Iterator[tuple[str, str]]:
+    """How many points are beyond yield, whatever their status."""
+    beyond = sum(point.extremes.yield_margin.value < 1 for point in points)
+    if beyond:
+        yield "Points beyond yield", f"{beyond} of {len(points)}, computed as elastic"
 
 
 def _orders(results: Results) -> Iterator[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""How far a structure moves: at the node that moves most, or at its contact points."""
+"""How far a structure moves, at the node that moves most or at its contact points; its stress."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ROUND_OFF = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Amplitude:
-    """Largest distance from rest over a period at each point of a branch.
+    """Largest distance from rest, or largest stress, over a period at each point of a branch.
 
     Attributes:
         values: In the unit, shape (points,).
@@ -34,8 +34,8 @@ class Amplitude:
     unit: Unit
 
 
-def _amplitude(values: list[float], name: str, words: str) -> Amplitude:
-    unit = unit_for(np.array(values), "m")
+def _amplitude(values: list[float], name: str, words: str, of: str = "m") -> Amplitude:
+    unit = unit_for(np.array(values), of)
     label, words = f"{name}  ({unit.name})", words.format(unit=unit.name)
     return Amplitude(unit.factor * np.array(values), label, words, unit)
 
@@ -59,6 +59,18 @@ def amplitude_of(results: Results) -> Amplitude:
         f"most, at {place_of(body.nodes[tip[0]])}"
     )
     return _amplitude(values, "largest displacement", words)
+
+
+def stress_of(results: Results) -> Amplitude | None:
+    """The largest von Mises stress away from singular places; none where it is not known."""
+    values = [point.extremes.von_mises.away.value for point in results.points]
+    if not np.isfinite(values).all():
+        return None
+    words = (
+        "the largest von Mises stress over the period, in {unit}, with that of the state of rest, "
+        "away from contact points, the edge of the clamp and sharp corners"
+    )
+    return _amplitude(values, "von Mises stress", words, "Pa")
 
 
 def place_of(at: Array) -> str:

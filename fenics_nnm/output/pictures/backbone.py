@@ -21,7 +21,7 @@ from fenics_nnm.backbone.point import (
 )
 from fenics_nnm.backbone.point_numbers import is_damped, stability_kind
 from fenics_nnm.output.engine_orders import EngineOrder, orders_near
-from fenics_nnm.output.pictures.amplitude import amplitude_of
+from fenics_nnm.output.pictures.amplitude import amplitude_of, stress_of
 from fenics_nnm.output.pictures.results import Results
 from fenics_nnm.output.pictures.style import (
     BLACK,
@@ -156,7 +156,7 @@ class Abscissa(NamedTuple):
     """What the frequency is drawn over.
 
     Attributes:
-        name: "gamma ratio", "energy" or "amplitude".
+        name: "gamma ratio", "energy", "amplitude" or "stress".
         words: What it is, in words.
         label: Label of its axis.
         values: Its value at each point.
@@ -169,13 +169,13 @@ class Abscissa(NamedTuple):
 
 
 def frequency_plots(results: Results) -> list[Plot]:
-    """The frequency over the gamma ratio, over the energy, and over the amplitude."""
+    """The frequency over the gamma ratio, the energy, the amplitude and, if known, the stress."""
     return [_frequency_plot(results, each) for each in abscissas(results)]
 
 
 def abscissas(results: Results) -> list[Abscissa]:
     """What the frequency of a branch is drawn over."""
-    amplitude = amplitude_of(results)
+    sizes = {"amplitude": amplitude_of(results), "stress": stress_of(results)}
     event = at_gamma_ratio_1(results.summary)
     over_gamma = (
         f"the gamma ratio: the modal energy coordinate gamma over its value at {event} (no unit)"
@@ -183,7 +183,7 @@ def abscissas(results: Results) -> list[Abscissa]:
     return [
         Abscissa("gamma ratio", over_gamma, GAMMA, results.ratios),
         Abscissa("energy", "the total energy in J", _ENERGY, _energies(results.points)),
-        Abscissa("amplitude", amplitude.words, amplitude.label, amplitude.values),
+        *(Abscissa(name, s.words, s.label, s.values) for name, s in sizes.items() if s),
     ]
 
 
@@ -197,7 +197,7 @@ def draw_frequency(axes: Axes, results: Results, over: Abscissa) -> str:
     """Draw one frequency curve without its legend; what the numbers of resonances mean."""
     jumps = [each["gamma_ratio"] for each in results.summary.get("jumps", [])]
     _draw(axes, over.values, results.points, _joined(results.points, jumps))
-    if over.name != "amplitude":
+    if over.name in ("gamma ratio", "energy"):
         places = _bifurcations(results.summary)
         attribute = over.name.replace(" ", "_")
         _draw_bifurcations(axes, [getattr(place, attribute) for place in places], places)
@@ -262,9 +262,12 @@ def _energies(points: Sequence[BranchPoint]) -> Array:
 
 def _joined(points: Sequence[BranchPoint], jumps: Sequence[Sequence[float]]) -> list[bool]:
     """Whether each point is joined to the next: of one family, and without a jump."""
-    parted = {tuple(jump) for jump in jumps}
     return [
-        one.family == other.family and (one.gamma_ratio, other.gamma_ratio) not in parted
+        one.family == other.family
+        and not any(
+            np.allclose((one.gamma_ratio, other.gamma_ratio), jump, rtol=1e-9, atol=0)
+            for jump in jumps
+        )
         for one, other in pairwise(points)
     ]
 

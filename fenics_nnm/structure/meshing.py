@@ -25,8 +25,9 @@ from fenics_nnm.fem.picking import (
 )
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.study import MeshStudy
-from fenics_nnm.study.groups import GroupSection, as_vector
+from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.mesh import CadFile, MeshFile
+from fenics_nnm.study.record import axis_vector
 
 Picker = Callable[[TaggedMesh], TaggedMesh]
 """Names groups of a mesh."""
@@ -101,20 +102,20 @@ def _conditions(name: str, group: GroupSection, tagged: TaggedMesh) -> list[Cond
     levels = (group.x, group.y, group.z)
     found: list[Condition] = [Level(i, x) for i, x in enumerate(levels) if x is not None]
     if group.plane:
-        found.append(Plane(group.plane.point, as_vector(group.plane.normal)))
+        found.append(Plane(group.plane.point, axis_vector(group.plane.normal)))
     if group.cylinder:
         cylinder = group.cylinder
-        axis = as_vector(cylinder.axis)
+        axis = axis_vector(cylinder.axis)
         found.append(Radii(axis, cylinder.origin, cylinder.radius, cylinder.radius))
     if group.radii:
         radii = group.radii
-        found.append(Radii(as_vector(radii.axis), radii.origin, radii.low, radii.high))
+        found.append(Radii(axis_vector(radii.axis), radii.origin, radii.low, radii.high))
     if group.box:
         found.append(Box(group.box.low, group.box.high))
     if group.nearest:
         found.append(Nearest(group.nearest.point, group.nearest.angle))
     if group.facing:
-        found.append(Facing(as_vector(group.facing.direction), group.facing.angle))
+        found.append(Facing(axis_vector(group.facing.direction), group.facing.angle))
     if group.faces:
         word = "face" if tagged.dim == 3 else "edge"
         faces = tuple(f"{word} {number}" for number in group.faces)

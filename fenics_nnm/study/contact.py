@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from fenics_nnm.study.casing import CasingSection
 from fenics_nnm.study.messages import shown
 from fenics_nnm.study.record import (
+    Along,
     Coordinate,
     Count,
     Finite,
@@ -73,10 +74,10 @@ class PatchSection(Record):
     against: Names | None = Field(
         None, description="facets of the same mesh that they can meet: a name, or a list of names"
     )
-    direction: Literal["normal", "radial", "casing"] | Vector = Field(
+    direction: Literal["normal", "radial", "casing"] | Along | Vector = Field(
         "normal",
-        description='towards the obstacle: "normal", "radial", "casing", '
-        "or a vector of finite numbers, such as [0, 1, 0]",
+        description='towards the obstacle: "normal", "radial", "casing", "x", "-x", "y", "-y", '
+        '"z", "-z", or a vector of finite numbers, such as [0, 1, 0]',
     )
     axis: Literal["x", "y", "z"] | Vector | None = Field(
         None, description='axis of a radial direction: "x", "y", "z" or a vector of finite numbers'

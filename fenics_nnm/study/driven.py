@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from fenics_nnm.arrays import Array
 from fenics_nnm.study.continuation import Range
 from fenics_nnm.study.record import (
+    Along,
     Count,
     Finite,
     FromList,
@@ -20,6 +21,7 @@ from fenics_nnm.study.record import (
     Positive,
     Record,
     Vector,
+    axis_vector,
 )
 
 _PHASE = "phase of the force in degrees: F cos(n omega t + phase)"
@@ -113,13 +115,16 @@ class MonitorSection(Record):
     facets: Names | None = Field(
         None, description="name of a group of facets, or a list: their mean displacement"
     )
-    direction: Vector = Field(description="direction of the displacement; any length")
+    direction: Along | Vector = Field(
+        description='direction of the displacement: "x", "-x", "y", "-y", "z", "-z", or a vector '
+        "of any length"
+    )
 
     @model_validator(mode="after")
     def _is_one_place(self) -> MonitorSection:
         if (self.at is None) == (self.facets is None):
             raise ValueError("at, facets: must have one of the two")
-        if not any(self.direction):
+        if not any(axis_vector(self.direction)):
             raise ValueError(f"direction = {list(self.direction)}: must not be zero")
         return self
 

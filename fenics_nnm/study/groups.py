@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from fenics_nnm.study.record import (
+    Along,
     Coordinate,
     Count,
     Distance,
@@ -21,12 +22,6 @@ from fenics_nnm.study.record import (
 Direction = Annotated[
     Literal["x", "y", "z"] | Vector, Field(description='"x", "y", "z" or a vector, not zero')
 ]
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-def as_vector(direction: str | tuple[float, ...]) -> tuple[float, ...]:
-    """A direction as a vector."""
-    return _AXES[direction] if isinstance(direction, str) else direction
 
 
 class _Directed(Record):
@@ -100,7 +95,9 @@ class NearestPick(Record):
 class FacingPick(_Directed):
     """Facets whose outward normal is near a direction."""
 
-    direction: Direction
+    direction: Along | Vector = Field(
+        description='"x", "-x", "y", "-y", "z", "-z" or a vector, not zero'
+    )
     angle: Annotated[float, Field(gt=0, le=180)] = Field(
         10.0, description="largest angle in degrees between the two"
     )

@@ -56,11 +56,21 @@ Stress = Annotated[Positive, InPascal]
 Name = Annotated[str, Field(min_length=1)]
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
 
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+#: Directions along an axis, either way.
+Along = Literal["x", "-x", "y", "-y", "z", "-z"]
+
+_AXES: dict[str, tuple[float, ...]] = {
+    "x": (1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "-z": (0.0, 0.0, -1.0),
+}
 
 
 def axis_vector(axis: str | tuple[float, ...] | None) -> tuple[float, ...]:
-    """The vector of "x", "y", "z" or of a vector, empty for none."""
+    """The vector of "x", "-x", "y" ... or of a vector, empty for none."""
     return _AXES[axis] if isinstance(axis, str) else axis or ()
 
 
@@ -76,12 +86,15 @@ class Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
 
 
-def fitted(vector: tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:
-    """A vector with as many components as the mesh has dimensions.
+def fitted(given: str | tuple[float, ...], dim: int, name: str) -> tuple[float, ...]:
+    """A vector, or a direction such as "-y", with as many components as the mesh has dimensions.
 
     Raises:
         ModelError: if it has fewer, or others that are not zero.
     """
+    vector = axis_vector(given)
+    if isinstance(given, str) and any(vector[dim:]):
+        raise ModelError(f'{name} = "{given}": must be along one of the {dim} axes of the mesh')
     if len(vector) < dim or any(vector[dim:]):
         raise ModelError(f"{name} = {list(vector)}: must have {dim} components as the mesh has")
     return vector[:dim]

@@ -52,6 +52,13 @@ def test_patches_are_those_of_their_own_studies_one_after_the_other() -> None:
     np.testing.assert_allclose(both.unit_forces(len(motion)).T @ motion, expected, rtol=1e-13)
 
 
+@pytest.mark.parametrize(("letter", "vector"), [("z", [0.0, 0.0, 1.0]), ("-y", [0.0, -1.0, 0.0])])
+def test_directions_along_an_axis_are_vectors(letter: str, vector: list[float]) -> None:
+    named, given = (interface({**UP, "direction": each}) for each in (letter, vector))
+    np.testing.assert_array_equal(named.directions, np.tile(vector, (len(named.points), 1)))
+    np.testing.assert_array_equal(named.directions, given.directions)
+
+
 def test_shared_vertices_move_once_in_all_directions() -> None:
     both = interface({"patch": [UP, SIDE]})
     owned = 3 * both.weights.shape[1]

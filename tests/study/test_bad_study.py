@@ -156,6 +156,7 @@ VALUES = [
     ({"contact": {"points": 0}}, "contact.points = 0", "positive number"),
     ({"contact": {"points": "some"}}, 'contact.points = "some"', '"all"'),
     ({"contact": {"direction": "up"}}, 'contact.direction = "up"', '"normal", "radial"'),
+    ({"contact": {"direction": "w"}}, 'contact.direction = "w"', '"x", "-x", "y"'),
     ({"contact": {"direction": [nan]}}, "contact.direction = [nan]", "finite numbers"),
     ({"contact": {"direction": []}}, "contact.direction = []", "vector"),
     ({"contact": {"direction": [0.0]}}, "contact.direction = [0.0]", "must not be zero"),
@@ -209,6 +210,7 @@ UNFIT = [
     (PLATE, {"reduction": {"modes": 46}}, "residual flexibility", "fewer reduction.modes"),
     (PLATE, {"contact": {"points": 9}}, "contact.points = 9", "only 2 vertices"),
     (PLATE, {"contact": {"direction": [1.0]}}, "direction = [1.0]", "2 components"),
+    (PLATE, {"contact": {"direction": "-z"}}, 'contact.direction = "-z"', "of the 2 axes"),
     (PLATE, {"contact": {"direction": [0.0, 1.0, 1.0]}}, "[0.0, 1.0, 1.0]", "2 components"),
     (
         BEAM,

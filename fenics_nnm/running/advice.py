@@ -70,8 +70,12 @@ def _of_resonance(chosen: Choice, points: _Points) -> str:
 
 
 def _of_modes(chosen: Choice, points: _Points) -> str:
-    error = _worst(map(reduction_error, points))
-    found = _next("modes", chosen.study.resolution.modes, error)
+    error, now = _worst(map(reduction_error, points)), chosen.study.resolution.modes
+    sizes = chosen.linear.sizes()
+    most = sizes["dofs"] - sizes["contact_points"]  # contact points keep a flexibility of their own
+    if now >= most:
+        return f"{_count(points)} {_lack('modes', error)}: the structure has no more than {now}"
+    found = min(_next("modes", now, error), most)
     return f"{_count(points)} {_lack('modes', error)}: {_set(chosen, {'modes': found})}"
 
 

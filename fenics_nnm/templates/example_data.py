@@ -10,6 +10,7 @@ _CORNERS = ((0, 0), (100, 0), (100, 20), (20, 20), (20, 80), (0, 80))
 _MASSES = 8
 _MASS = 0.5  # kg
 _SPRING = 2e6  # N/m
+_PAD = 6e5  # N/m
 
 
 def write_bracket(path: Path) -> None:
@@ -33,11 +34,13 @@ def write_bracket(path: Path) -> None:
 def write_chain(path: Path) -> None:
     """Write stiffness K, mass M and contact row B of a chain of equal masses and springs.
 
-    Its first spring holds on to a wall; its last mass, with a spring on one side alone, can
-    meet a stop.
+    Its first spring holds on to a wall. Its last mass has a soft pad, a spring whose end is an
+    unknown without mass, and the pad can meet a stop.
     """
     import numpy as np
 
-    K = _SPRING * (2 * np.eye(_MASSES) - np.eye(_MASSES, k=1) - np.eye(_MASSES, k=-1))
-    K[-1, -1] = _SPRING
-    np.savez(path, K=K, M=_MASS * np.eye(_MASSES), B=np.eye(_MASSES)[-1:])
+    count = _MASSES + 1
+    springs = np.array([_SPRING] * _MASSES + [_PAD])
+    ends = np.eye(count) - np.eye(count, k=-1)  # how much longer each spring gets
+    mass = np.diag([_MASS] * _MASSES + [0.0])
+    np.savez(path, K=ends.T @ np.diag(springs) @ ends, M=mass, B=np.eye(count)[-1:])

@@ -105,6 +105,24 @@ def test_modes_that_lack_get_a_number_by_their_error(failing: tuple[Choice, Bran
         assert f"{abs(error):.1%}" in sentence
 
 
+def test_modes_that_are_not_there_are_not_proposed(tmp_path: Path) -> None:
+    """A chain of three masses with one contact row has two modes that leave it flexibility."""
+    K, M = 2e6 * np.eye(3) - 1e6 * (np.eye(3, k=1) + np.eye(3, k=-1)), np.eye(3)
+    np.savez(tmp_path / "chain.npz", K=K, M=M, B=np.eye(3)[-1:])
+    for modes, said in ((1, "set reduction.modes = 2"), (2, "the structure has no more than 2")):
+        study = {
+            "matrices": {"file": str(tmp_path / "chain.npz")},
+            "contact": {"gap": 1e-3},
+            "reduction": {"modes": modes},
+            "mode": {"harmonics": 3, "samples": 32},
+            "continuation": {"energies": {"from": 1.1, "to": 1.2, "step": 0.1}},
+        }
+        chosen, branch = followed(study)
+        lacking = replace(branch.points[0], verdict=Verdict("converged", "reduction"))
+        (sentence,) = advice(chosen, replace(branch, points=(of_reduction(lacking, 0.3),)))
+        assert said in sentence
+
+
 def test_what_is_auto_is_given_a_number_and_never_raised(failing: tuple[Choice, Branch]) -> None:
     chosen, branch = failing
     asked = chosen.asked.model_copy(

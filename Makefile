@@ -13,7 +13,8 @@ JOURNEYS := results/journeys
 
 # Of the pictures that `fenics-nnm plot` makes of rotor 37, those shown in docs.
 ROTOR37 := mesh.png mode_shapes.png motion.gif mode_shares.png harmonic_shares.png \
-    frequency_gamma.png frequency_amplitude.png contact_map.png distance_map.png \
+    frequency_gamma.png frequency_amplitude.png frequency_stress.png contact_map.png \
+    distance_map.png footprint.png linear_modes.png \
     contact_force.png contact_duration.png phase_contact.png orbit.png certificate.png \
     multipliers_plane.png multipliers.png
 
@@ -70,12 +71,16 @@ journeys:
 	cp demos/step/results/groups.png $(PICTURES)/step_groups.png
 	$(RUN) fenics-nnm response demos/step/driven.toml --output demos/step/results/driven
 	cp demos/step/results/driven/response.png $(PICTURES)/step_driven.png
+	for kind in blade matrices; do $(RUN) fenics-nnm new $$kind $(JOURNEYS) || exit; done
+	$(RUN) fenics-nnm run $(JOURNEYS)/matrices.toml --output $(JOURNEYS)/matrices \
+	    --set 'continuation.report_at=["1.2 mm"]'
+	$(RUN) fenics-nnm run $(JOURNEYS)/blade.toml --output $(JOURNEYS)/blade \
+	    --set 'continuation.amplitudes=["2 mm"]' --set 'continuation.report_at=["2.5 mm", "300 MPa"]'
 	for kind in blade matrices; do \
-	    $(RUN) fenics-nnm new $$kind $(JOURNEYS) && \
-	    $(RUN) fenics-nnm run $(JOURNEYS)/$$kind.toml --output $(JOURNEYS)/$$kind && \
 	    $(RUN) fenics-nnm plot $(JOURNEYS)/$$kind --formats png || exit; done
-	$(RUN) fenics-nnm sweep $(JOURNEYS)/blade.toml --set contact.gap=2e-4,4e-4,8e-4 \
-	    --set mode.number=1,2 --output $(JOURNEYS)/sweep
+	$(RUN) fenics-nnm sweep $(JOURNEYS)/blade.toml --set 'contact.gap="0.05 mm","0.1 mm","0.15 mm"' \
+	    --set body.kinematics=linear,second-order --set 'continuation.report_at=[]' \
+	    --gamma 2 --output $(JOURNEYS)/sweep
 	cp $(JOURNEYS)/sweep/sweep.png $(PICTURES)/blade_sweep.png
 	cp $(JOURNEYS)/blade/pictures/motion.gif $(PICTURES)/blade_motion.gif
 	cp $(JOURNEYS)/matrices/pictures/frequency_gamma.png $(PICTURES)/matrices_frequency_gamma.png

@@ -3,12 +3,14 @@
 #
 # A blade in a STEP file, a bracket in an .inp file, a shrouded blade in the plane, a bladed sector
 # with its root block, NASA rotor 67, and a tuning fork with two facing pads. Each is checked with a
-# picture of its groups, run, plotted and reported by the command line, untouched by hand.
+# picture of its groups, run, plotted and reported by the command line, untouched by hand. Then the
+# advice of the run is followed once: the numbers that it proposes are set, and it runs again.
 #
 # Run with `python3 demos/six_geometries.py`, or with some names; results go to demos/NAME/results.
 
 # %%
 import csv
+import re
 import subprocess
 import sys
 import time
@@ -102,6 +104,47 @@ def from_file_to_report(geometry: Geometry) -> Path:
     return folder
 
 
+def statuses(folder: Path) -> str:
+    """How many points of a branch have each status."""
+    with (folder / "backbone.csv").open() as file:
+        counts = Counter(row["status"] for row in csv.DictReader(file))
+    return ", ".join(f"{count} {status}" for status, count in counts.items())
+
+
+def proposed(folder: Path) -> list[str]:
+    """Numbers that a run proposes to set, as KEY=VALUE."""
+    lines = loads((folder / "summary.json").read_text())["advice"]
+    pairs = (pair for line in lines for pair in re.findall(r"(\w+\.\w+) = (\d+)", line))
+    return [f"{key}={value}" for key, value in pairs]
+
+
+def advised(geometry: Geometry, folder: Path) -> str:
+    """What was set after the advice of a run, and the statuses that this gives."""
+    settings = proposed(folder)
+    if not settings:
+        return "nothing | "
+    again = folder.with_name(f"{folder.name}-advised")
+    words = [word for each in settings for word in ("--set", each)]
+    ended = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "fenics_nnm",
+            "run",
+            HERE / geometry.study,
+            *words,
+            "--output",
+            again,
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if ended.returncode > 1:
+        sys.exit(f"{geometry.name} with {', '.join(settings)}: {ended.stderr}")
+    return f"{', '.join(f'`{each}`' for each in settings)} | {statuses(again)}"
+
+
 def within(value: float, band: tuple[float, float]) -> bool:
     return band[0] < value < band[1]
 
@@ -119,7 +162,8 @@ def judge(geometry: Geometry, folder: Path, seconds: float) -> None:
     verdicts = ", ".join(f"{count} {status}" for status, count in statuses.items())
     print(
         f"| {geometry.title} | {summary['dofs']} | {summary['contact_points']} | {linear:.2f} "
-        f"| {frequency:.2f} | {ratio:.3f} | {verdicts} | {seconds:.0f} s | {size / 1e6:.1f} MB |",
+        f"| {frequency:.2f} | {ratio:.3f} | {verdicts} | {seconds:.0f} s | {size / 1e6:.1f} MB "
+        f"| {advised(geometry, folder)} |",
         flush=True,
     )
     assert within(linear, geometry.first), f"{geometry.name}: first frequency {linear} Hz"
@@ -142,7 +186,7 @@ if __name__ == "__main__":
     shown = "" if chosen else "docs: six_geometries\n"
     print(
         f"{shown}| study | dofs | contact points | linear (Hz) | at the last energy (Hz) | ratio "
-        "| points of the branch | time | report |\n|---|---|---|---|---|---|---|---|---|"
+        "| points of the branch | time | report | advice | points then |\n" + "|---" * 11 + "|"
     )
     for geometry in GEOMETRIES:
         if not chosen or geometry.name in chosen:

@@ -13,6 +13,7 @@ NAVIGATION = {
     "Begin": (
         "docs/installation",
         "docs/user_guide",
+        "docs/sweeps",
         "docs/newcomer",
         "docs/large_models",
         "docs/python",

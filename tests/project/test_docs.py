@@ -1,4 +1,4 @@
-"""Docs: links lead somewhere, and every key, command and column is told."""
+"""Docs: links lead somewhere, and every key, command and column is named."""
 
 from __future__ import annotations
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import re
 import runpy
+import shutil
+import subprocess
 from pathlib import Path
+
+import pytest
 
 import fenics_nnm as nnm
 
@@ -55,6 +59,18 @@ def test_docs_root_has_what_the_settings_name() -> None:
     assert SITE["html_theme"] in packages
     assert "python3-myst-parser" in packages
     assert "--docs)" in text("environment/run")
+
+
+@pytest.mark.parametrize("broken", ["docs", "image-check", "test", "none"])
+def test_ci_fails_where_a_part_of_it_fails(broken: str, tmp_path: Path) -> None:
+    (tmp_path / ".ci").mkdir()
+    shutil.copy(ROOT / ".ci/run", tmp_path / ".ci")
+    rules = (f"{each}:\n\t@[ {broken} != {each} ]\n" for each in ("test", "docs", "image-check"))
+    (tmp_path / "Makefile").write_text("".join(rules))
+    ended = subprocess.run([tmp_path / ".ci/run"], capture_output=True, text=True, check=False)
+    assert (ended.returncode == 0) == (broken == "none")
+    failed = [line.split(" FAILED")[0] for line in ended.stdout.splitlines() if "FAILED" in line]
+    assert failed == ([] if broken == "none" else [f"make {broken}"])
 
 
 def wide(name: str) -> list[str]:

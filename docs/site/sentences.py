@@ -25,7 +25,7 @@ _RULE = re.compile(r"^\|[-| :]*$")
 _STOP = re.compile(r"(?<![.\s])[.!?][)*\"]*\s+")
 
 #: A point after these ends no sentence: abbreviations, and initials of names.
-_ABBREVIATION = re.compile(r"(\b(St|eq|al)|(\(|, |\band |[A-Z]\. )[A-Z])\.$")
+_ABBREVIATION = re.compile(r"(\b(St|eq|al|Fig)|(\(|, |\band |[A-Z]\. )[A-Z])\.$")
 
 #: What ends a sentence, and what begins a line that only names files.
 _WHOLE = re.compile(r"[.!?][)*\"]*$")

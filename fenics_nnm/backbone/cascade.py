@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
+from fenics_nnm.backbone.attempts import Attempt, FailedAttempts
 from fenics_nnm.backbone.belonging import Belonging
 from fenics_nnm.backbone.cascade_solution import CascadeSolution
 from fenics_nnm.backbone.coarse import GRAZING_GAMMA, CoarseBranch
-from fenics_nnm.backbone.frequency_cascade import FrequencyCascade
+from fenics_nnm.backbone.frequency_cascade import PATIENCE, FrequencyCascade
 from fenics_nnm.backbone.guesses import guesses
 from fenics_nnm.backbone.level_solver import Guess, needs_massless
 from fenics_nnm.backbone.levels import Level
@@ -24,17 +26,11 @@ from fenics_nnm.nonlinear.unknowns import Unknowns
 #: Energies whose motions are kept for another try.
 _TRIED = 8
 
+#: Energies at which is kept whether their levels lead to the finest without a neighbour.
+_STUCK = 200
+
 #: The slope of the coarsest level is that to an energy larger by this factor.
 _BESIDE = 1.02
-
-
-@dataclass(frozen=True, slots=True)
-class _Attempt:
-    """What a level gave: a solution, or why not, and the motion that was refused, if any."""
-
-    solution: Solution | None = None
-    failure: str = ""
-    refused: Solution | None = None
 
 
 @dataclass(slots=True)
@@ -57,6 +53,8 @@ class Cascade:
     _coarse: CoarseBranch = field(init=False)
     _alone: dict[float, CascadeSolution] = field(default_factory=dict)
     _beside: dict[float, CascadeSolution] = field(default_factory=dict)
+    _stuck: dict[float, bool] = field(default_factory=dict)
+    _failed: FailedAttempts = field(default_factory=FailedAttempts)
 
     def __post_init__(self) -> None:
         coarsest, finest = self.levels[0], self.levels[-1]
@@ -94,16 +92,20 @@ class Cascade:
         """
         if self._homogeneous and position != 1:
             return _grown(self.levels, self.at(1.0, None), position)
+        if (led := self._led(position, neighbour)) is not None:
+            return led
         alone = self._alone.get(position)
         if alone is None:
             alone = self._level_by_level(position, None)
             self._alone[position] = alone.light()
             forget_oldest(self._alone, _TRIED)
+            self._stuck[position] = alone.finest is None
+            forget_oldest(self._stuck, _STUCK)
         if not self.selection.doubtful(alone, neighbour):
             return alone
         found = [alone]
         if neighbour is not None:
-            found.append(self._level_by_level(position, neighbour))
+            found.append(self._guided(alone, neighbour))
         if alone.finest is None and not self.selection.doubtful(found[-1], neighbour):
             return self.selection.best(found, neighbour)
         if position not in self._beside:
@@ -128,31 +130,93 @@ class Cascade:
         """Whether all gaps are zero, so that motions of any size are alike."""
         return self.levels[-1].equations.rest.homogeneous
 
+    def _led(self, position: float, neighbour: CascadeSolution | None) -> CascadeSolution | None:
+        """A motion that a neighbour leads to, if the levels alone do not come to that one.
+
+        They will fail here, too, and levels without a motion there have none here.
+        """
+        if neighbour is None or not self._stuck.get(neighbour.position):
+            return None
+        if neighbour.solutions[0] is None or neighbour.gamma_ratio <= self.belonging.linear_until:
+            return None
+        found = self._level_by_level(position, neighbour, passing=neighbour)
+        if self.selection.doubtful(found, neighbour):
+            return None
+        self._stuck[position] = True
+        forget_oldest(self._stuck, _STUCK)
+        return found
+
+    def _guided(self, alone: CascadeSolution, neighbour: CascadeSolution) -> CascadeSolution:
+        """The levels again, guided by those of a neighbour.
+
+        A linear motion beside one with contact has nothing to say of the levels in between.
+        """
+        ratio = alone.gamma_ratio
+        if neighbour.gamma_ratio <= self.belonging.linear_until < ratio:
+            below = alone.solutions[:-1]
+            return self._completed(ratio, below, self._on_level(below, ratio, neighbour))
+        return self._level_by_level(ratio, neighbour)
+
     def _level_by_level(
-        self, gamma_ratio: float, neighbour: CascadeSolution | None
+        self,
+        gamma_ratio: float,
+        neighbour: CascadeSolution | None,
+        *,
+        passing: CascadeSolution | None = None,
     ) -> CascadeSolution:
+        """Solutions of all levels.
+
+        Args:
+            gamma_ratio: The energy.
+            neighbour: Guides the levels, if given.
+            passing: Levels that it lacks are passed over.
+        """
         alone = self.coarse(gamma_ratio)
-        if alone is not None and len(self.levels) == 1:
-            alone = alone.completed(self.levels[0].equations)
-        solutions: list[Solution | None] = [alone]
-        attempt = _Attempt(alone, "" if alone else "the single-mode problem has no solution")
-        for level in self.levels[1:]:
-            if level is not self.levels[-1] and self._leads_straight(alone):
-                solutions.append(None)
+        if len(self.levels) == 1:
+            return self._of_mode_alone(gamma_ratio, alone)
+        below: list[Solution | None] = [alone]
+        for _ in self.levels[1:-1]:
+            lacks = passing is not None and passing.solutions[len(below)] is None
+            if lacks or self._leads_straight(alone):
+                below.append(None)
                 continue
-            starts = guesses(self.levels, solutions, gamma_ratio, neighbour)
-            attempt = _Attempt(failure="no level below has a solution")
-            for guess in starts:
-                attempt = self._attempt(level, gamma_ratio, guess)
-                if attempt.solution is not None:
-                    break
-            below = attempt.solution.light() if attempt.solution else None
-            solutions.append(attempt.solution if level is self.levels[-1] else below)
+            found = self._on_level(below, gamma_ratio, neighbour).solution
+            below.append(found.light() if found else None)
+        return self._completed(gamma_ratio, below, self._on_level(below, gamma_ratio, neighbour))
+
+    def _of_mode_alone(self, gamma_ratio: float, alone: Solution | None) -> CascadeSolution:
+        """Where the coarsest level is the finest one, too."""
+        if alone is None:
+            attempt = Attempt(failure="the single-mode problem has no solution")
+        else:
+            attempt = Attempt(alone.completed(self.levels[0].equations))
+        return self._completed(gamma_ratio, (), attempt)
+
+    def _on_level(
+        self,
+        below: Sequence[Solution | None],
+        gamma_ratio: float,
+        neighbour: CascadeSolution | None,
+    ) -> Attempt:
+        """The next level above some, from one guess after the other."""
+        number = len(below)
+        attempt = Attempt(failure="no level below has a solution")
+        for guess in guesses(self.levels, below, gamma_ratio, neighbour):
+            make = partial(self._attempt, self.levels[number], gamma_ratio, guess)
+            attempt = self._failed.once(number, gamma_ratio, guess, make)
+            if attempt.solution is not None:
+                break
+        return attempt
+
+    def _completed(
+        self, gamma_ratio: float, below: Sequence[Solution | None], attempt: Attempt
+    ) -> CascadeSolution:
+        """Solutions of all levels at an energy."""
         finest = attempt.solution
         return CascadeSolution(
             position=gamma_ratio,
             gamma_ratio=gamma_ratio,
-            solutions=tuple(solutions),
+            solutions=(*below, finest),
             share=self.selection.share(finest) if finest else 0.0,
             slope_ratio=self.slope_ratio(finest) if finest else float("nan"),
             failure=attempt.failure,
@@ -194,16 +258,21 @@ class Cascade:
             found, below = self._attempt(level, ratio, guess).solution, level
         return found
 
-    def _attempt(self, level: Level, gamma_ratio: float, guess: Guess) -> _Attempt:
+    def _attempt(self, level: Level, gamma_ratio: float, guess: Guess) -> Attempt:
         try:
-            solution = level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self.newton)
+            solution = level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self._newton_on(level))
         except np.linalg.LinAlgError as error:
-            return _Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
+            return Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
         if solution.failure:
-            return _Attempt(failure=solution.failure)
+            return Attempt(failure=solution.failure)
         contact = self._contact_share(level, gamma_ratio, solution)
         reason = self.belonging.refusal(contact, level.share(solution.q, self.mode))
-        return _Attempt(failure=reason, refused=solution) if reason else _Attempt(solution)
+        return Attempt(failure=reason, refused=solution) if reason else Attempt(solution)
+
+    def _newton_on(self, level: Level) -> Newton:
+        """Newton's configuration, with less patience below the finest level."""
+        finest = level is self.levels[-1]
+        return self.newton if finest else replace(self.newton, patience=PATIENCE)
 
     def _contact_share(self, level: Level, gamma_ratio: float, solution: Solution) -> float:
         """Change of contact over that of the coarsest level; 1 where that has none."""

@@ -32,6 +32,13 @@ _LARGEST_CHANGE = 0.005
 #: Where no motion is found at a frequency, the next ones tried lie this part of it away.
 _ASIDE = 6e-4
 
+#: Steps of Newton's iteration on the way to a finest motion, unless one is near: of those that take
+#: more hardly any comes to a motion, and the next level or frequency may do so at once.
+PATIENCE = 12
+
+#: After so many frequencies on end at which no level has a motion none is found at the next ones.
+_BARREN = 3
+
 #: A motion whose gamma is off the wanted one by more than this factor belongs to a resonance.
 _FARTHEST = 3.0
 
@@ -61,9 +68,14 @@ class FrequencyCascade:
             coarse: Motion of the coarsest level at this gamma.
             slope: d omega / d gamma of the coarsest level there.
         """
-        omega, found = coarse.omega, None
+        omega, found, barren = coarse.omega, None, 0
         for number in range(_TRIES):
-            found = self.warm(omega, gamma, found) or self.from_coarse(omega, gamma, coarse)
+            found = self.warm(omega, gamma, found)
+            if found is None:
+                found, levels = self._climbed(omega, gamma, coarse)
+                barren = 0 if levels else barren + 1
+            if barren == _BARREN:
+                return None
             if found is None:
                 side = -1 if number % 2 else 1
                 omega *= 1 + side * (number + 1) * _ASIDE
@@ -83,17 +95,22 @@ class FrequencyCascade:
 
     def from_coarse(self, omega: float, gamma: float, coarse: Solution) -> Solution | None:
         """From the coarsest level; levels without a solution are passed over."""
-        whole, found = self.levels[0].extended(coarse.q), None
+        return self._climbed(omega, gamma, coarse)[0]
+
+    def _climbed(self, omega: float, gamma: float, coarse: Solution) -> tuple[Solution | None, int]:
+        """The motion of the finest level, and on how many levels there is one."""
+        whole, found, solved = self.levels[0].extended(coarse.q), None, 0
         for level in self.levels[1:]:
             found = self._solved(level, omega, gamma, level.restricted(whole))
             if found is not None:
                 whole = level.extended(found.q)
-        return found
+                solved += 1
+        return found, solved
 
     def _solved(self, level: Level, omega: float, gamma: float, q: Array) -> Solution | None:
         try:
             guess = Unknowns.of(q, omega)
-            options = replace(self.newton, wildest_leap=_WILDEST_LEAP)
+            options = replace(self.newton, wildest_leap=_WILDEST_LEAP, patience=PATIENCE)
             found = solve(level.equations, FixedFrequency(omega), guess, options=options)
         except np.linalg.LinAlgError:
             return None

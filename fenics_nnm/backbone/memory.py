@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TypeVar
 
+_Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 
 
-def forget_oldest(known: dict[float, _Value], most: int) -> None:
+def forget_oldest(known: dict[_Key, _Value], most: int) -> None:
     """Drop the entries that were made first, until at most so many are left."""
     while len(known) > most:
         known.pop(next(iter(known)))

@@ -16,6 +16,9 @@ from fenics_nnm.nonlinear.solution import Solution
 #: Positions that differ by less than this part are the same.
 _SAME = 1e-9
 
+#: A position is given up after so many attempts on the way to it that failed.
+_ATTEMPTS = 24
+
 #: The latest motions of a branch are kept with their levels, for the second look.
 _WITH_LEVELS = 60
 
@@ -94,28 +97,31 @@ class Stepping:
     def reach(self, target: float, first: CascadeSolution | None = None) -> None:
         """Get to `target` in halved steps where one step fails.
 
-        Steps over a position that was missed are not halved: they were, on the way to it.
+        After a step that had to be halved the next one is as long, and then they grow again. Steps
+        over a position that was missed are not halved: they were, on the way to it.
 
         Args:
             target: Wanted position.
             first: Point to begin at; the nearest one if None.
         """
-        at = target
+        at, failed, growth = target, 0, 2.0
         neighbour = first or self._nearest(target)
-        while True:
+        while failed < _ATTEMPTS:
             found = self.solver.at(at, neighbour)
+            start = neighbour.position if neighbour else at
             if found.finest is not None:
                 self.accept(found)
                 if at == target:
                     return
-                at, neighbour = target, found
+                at, neighbour = _onwards(at, growth * (at - start), target), found
+                growth = 2.0
                 continue
             logger.info("%s %.4f: %s", self.name.replace("_", " "), at, found.failure)
             self.failures.setdefault(target, found.failure)
-            start = neighbour.position if neighbour else at
-            at = (start + at) / 2
+            at, failed, growth = (start + at) / 2, failed + 1, 1.0
             if abs(at - start) < self.smallest_step or self._misses_between(start, target):
                 return
+        self.failures[target] = f"given up after {failed} attempts: {self.failures[target]}"
 
     def pass_energies(
         self, ratios: Sequence[float], solve: Callable[[float, CascadeSolution], CascadeSolution]
@@ -204,3 +210,8 @@ class Stepping:
     def _nearest(self, target: float) -> CascadeSolution | None:
         nearest = min(self.solutions, key=lambda position: abs(position - target), default=None)
         return None if nearest is None else self.solutions[nearest]
+
+
+def _onwards(at: float, step: float, target: float) -> float:
+    """The next position: a step further, or the target where that is not farther."""
+    return target if abs(target - at) <= abs(step) * (1 + _SAME) else at + step

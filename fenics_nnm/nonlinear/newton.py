@@ -31,6 +31,7 @@ class Newton:
             piecewise smooth, and a kink can hide the way down.
         wildest_leap: A full step to a residual above this ends it.
         crawls: So many parts of steps below 1/32 on end count as a stall; 0 for any number.
+        patience: After so many steps it ends unless it is near a solution; 0 for any number.
     """
 
     tolerance: float = 1e-10
@@ -42,6 +43,7 @@ class Newton:
     leaps: int = 5
     wildest_leap: float = float("inf")
     crawls: int = 0
+    patience: int = 0
 
 
 #: A shorter part of a step crawls.
@@ -156,7 +158,8 @@ class _Iteration:
         for iteration in range(self.options.iterations + 1):
             if trial.merit <= self.options.tolerance:
                 break
-            if iteration == self.options.iterations:
+            lost = iteration == self.options.patience > 0 and trial.merit > _NEAR
+            if lost or iteration == self.options.iterations:
                 failure = f"no convergence in {iteration} Newton steps"
                 break
             step = self.bounded_step(trial)

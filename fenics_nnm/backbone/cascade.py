@@ -29,6 +29,9 @@ _TRIED = 8
 #: Energies at which is kept whether their levels lead to the finest without a neighbour.
 _STUCK = 200
 
+#: A level below the finest that has found nothing at so many energies on end hardly ever does.
+_HOPELESS = 3
+
 #: The slope of the coarsest level is that to an energy larger by this factor.
 _BESIDE = 1.02
 
@@ -54,6 +57,7 @@ class Cascade:
     _alone: dict[float, CascadeSolution] = field(default_factory=dict)
     _beside: dict[float, CascadeSolution] = field(default_factory=dict)
     _stuck: dict[float, bool] = field(default_factory=dict)
+    _misses: dict[int, int] = field(default_factory=dict)
     _failed: FailedAttempts = field(default_factory=FailedAttempts)
 
     def __post_init__(self) -> None:
@@ -202,10 +206,11 @@ class Cascade:
         number = len(below)
         attempt = Attempt(failure="no level below has a solution")
         for guess in guesses(self.levels, below, gamma_ratio, neighbour):
-            make = partial(self._attempt, self.levels[number], gamma_ratio, guess)
+            make = partial(self._attempt, number, gamma_ratio, guess)
             attempt = self._failed.once(number, gamma_ratio, guess, make)
             if attempt.solution is not None:
                 break
+        self._misses[number] = 0 if attempt.solution else self._misses.get(number, 0) + 1
         return attempt
 
     def _completed(
@@ -251,16 +256,18 @@ class Cascade:
         search = FrequencyCascade(reduced, self.newton)
         found = search.near(ratio * GRAZING_GAMMA, coarse, slope)
         below = reduced[-1]
-        for level in self.levels[len(reduced) - 1 :]:
+        for number in range(len(reduced) - 1, len(self.levels)):
             if found is None:
                 return None
+            level = self.levels[number]
             guess = replace(Guess.of(found), q=level.adopted(below, found.q))
-            found, below = self._attempt(level, ratio, guess).solution, level
+            found, below = self._attempt(number, ratio, guess).solution, level
         return found
 
-    def _attempt(self, level: Level, gamma_ratio: float, guess: Guess) -> Attempt:
+    def _attempt(self, number: int, gamma_ratio: float, guess: Guess) -> Attempt:
+        level = self.levels[number]
         try:
-            solution = level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self._newton_on(level))
+            solution = level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self._newton_on(number))
         except np.linalg.LinAlgError as error:
             return Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
         if solution.failure:
@@ -269,10 +276,10 @@ class Cascade:
         reason = self.belonging.refusal(contact, level.share(solution.q, self.mode))
         return Attempt(failure=reason, refused=solution) if reason else Attempt(solution)
 
-    def _newton_on(self, level: Level) -> Newton:
-        """Newton's configuration, with less patience below the finest level."""
-        finest = level is self.levels[-1]
-        return self.newton if finest else replace(self.newton, patience=PATIENCE)
+    def _newton_on(self, number: int) -> Newton:
+        """Newton's configuration, with less patience where a level has found nothing for long."""
+        hopeless = self._misses.get(number, 0) >= _HOPELESS and number < len(self.levels) - 1
+        return replace(self.newton, patience=PATIENCE) if hopeless else self.newton
 
     def _contact_share(self, level: Level, gamma_ratio: float, solution: Solution) -> float:
         """Change of contact over that of the coarsest level; 1 where that has none."""

@@ -17,7 +17,7 @@ from fenics_nnm.nonlinear.solution import Solution
 _SAME = 1e-9
 
 #: A position is given up after so many attempts on the way to it that failed.
-_ATTEMPTS = 24
+_ATTEMPTS = 16
 
 #: The latest motions of a branch are kept with their levels, for the second look.
 _WITH_LEVELS = 60

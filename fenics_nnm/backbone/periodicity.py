@@ -16,7 +16,7 @@ from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.time_domain.integrator import Integrator
 
-#: Periods that a motion is followed for.
+#: Periods that a motion is followed for, if that is all that is known of it.
 PERIODS = 10
 
 _NAN = float("nan")
@@ -29,7 +29,7 @@ class InTime:
     Attributes:
         returned: How it comes back; None if that was given up within the first period.
         start_energy: Energy of the state at the start over that of the motion, less 1; nan if the
-            ten periods were not followed to their end.
+            periods were not followed to their end.
         failure: Empty, or why they were not.
     """
 
@@ -42,17 +42,18 @@ class InTime:
 NOT_FOLLOWED = InTime(None, _NAN)
 
 
-def followed(flow: Integrator, series: Series, motion: Motion) -> InTime:
-    """Follow a motion from its initial state, exactly from one change of contact to the next.
+def followed(flow: Integrator, series: Series, motion: Motion, *, periods: int = PERIODS) -> InTime:
+    """Follow a motion from its initial state.
 
     Args:
         flow: Integrator of the model that the motion belongs to, in SI units.
         series: Series that the motion is written in.
         motion: Motion.
+        periods: How many periods.
     """
     position, rate = series.basis_at(np.zeros(1))[0], series.rate_at(np.zeros(1))[0]
     q, velocity = position @ motion.q, 2 * np.pi * motion.frequency * rate @ motion.q
-    times = np.arange(1, PERIODS + 1) / motion.frequency
+    times = np.arange(1, periods + 1) / motion.frequency
     after = flow.run(q, velocity, times[-1], times=times[:-1])
     states = np.vstack([after.q_at, after.q]), np.vstack([after.velocity_at, after.velocity])
     missed = np.hypot(flow.model.omega * (states[0] - q), states[1] - velocity)
@@ -64,4 +65,5 @@ def followed(flow: Integrator, series: Series, motion: Motion) -> InTime:
     energy = flow.energy(q, velocity)
     energies = np.array([flow.energy(*state) for state in zip(*states, strict=True)])
     drift = float(np.abs(energies / energy - 1).max())
-    return InTime(Return(first, float(misses[-1]), drift), energy / motion.energy - 1)
+    last = float(misses[-1]) if periods == PERIODS else _NAN
+    return InTime(Return(first, last, drift), energy / motion.energy - 1)

@@ -110,10 +110,11 @@ class Return:
 
     Attributes:
         after_one: Distance of the state after one period from its start.
-        after_ten: The same after ten periods; nan if they were not followed to their end. On an
+        after_ten: The same after ten periods; nan if they were not followed to their end, or not
+            needed: with second-order kinematics where an exact motion is known nearby. On an
             unstable motion it grows by the multipliers.
-        energy_drift: Largest relative change of the energy in ten periods: what the integration
-            itself does wrong; nan like `after_ten`.
+        energy_drift: Largest relative change of the energy in these periods: what the integration
+            itself does wrong; nan if they were not followed to their end.
     """
 
     after_one: float

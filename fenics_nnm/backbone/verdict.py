@@ -34,7 +34,7 @@ from fenics_nnm.backbone.certificate import (
 from fenics_nnm.backbone.exact_joins import exact_joins
 from fenics_nnm.backbone.families import Families, families
 from fenics_nnm.backbone.family_jumps import Jump
-from fenics_nnm.backbone.periodicity import NOT_FOLLOWED, InTime, followed
+from fenics_nnm.backbone.periodicity import NOT_FOLLOWED, PERIODS, InTime, followed
 from fenics_nnm.backbone.point import (
     CONVERGED,
     FAILED,
@@ -241,22 +241,21 @@ def _evidence_of(
     if flow is None:
         return [_Evidence(NOT_FOLLOWED, NO_CERTIFICATE) for _ in points]
     rough = flow.rough
-    found = [followed(rough, series, point.motion) for point in points]
-    if not shooting:
-        return [_Evidence(each, NO_CERTIFICATE) for each in found]
-    return [
-        _Evidence(each, _certificate(flow, series, point, each))
-        for point, each in zip(points, found, strict=True)
-    ]
+    return [_evidence(flow, rough, series, point, shooting=shooting) for point in points]
 
 
-def _certificate(
-    flow: Integrator, series: Series, point: BranchPoint, found: InTime
-) -> Certificate:
-    """What shooting says of a point that does not get lost within a period."""
-    if found.returned is None:
-        return NO_CERTIFICATE
-    return certified(flow, series, point, found.returned)
+def _evidence(
+    flow: Integrator, rough: Integrator, series: Series, point: BranchPoint, *, shooting: bool
+) -> _Evidence:
+    """What they say of a point; ten periods where nothing else tells, or they cost little."""
+    once = shooting and not flow.cheap
+    found = followed(rough, series, point.motion, periods=1 if once else PERIODS)
+    certificate = NO_CERTIFICATE
+    if shooting and found.returned is not None:
+        certificate = certified(flow, series, point, found.returned)
+    if once and certificate.orbit is None:
+        found = followed(rough, series, point.motion)
+    return _Evidence(found, certificate)
 
 
 def _judged(
@@ -365,7 +364,7 @@ def _doubt_without_exact_motion(followed: InTime) -> str:
     returned = followed.returned
     if followed.failure:
         return f"integration in time gave up: {followed.failure}"
-    if returned and returned.after_ten > _VERIFIED_RETURN_ERROR_10:
+    if returned and not returned.after_ten <= _VERIFIED_RETURN_ERROR_10:
         return f"after ten periods the motion misses its start by {returned.after_ten:.1%}"
     if abs(followed.start_energy) > _VERIFIED_START_ENERGY_ALONE:
         return _energy_off(followed)

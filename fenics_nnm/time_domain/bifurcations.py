@@ -225,8 +225,10 @@ class _Search:
     def _gamma_ratio(self, q: Array, velocity: Array, period: float) -> float:
         """Its gamma over that of the first motion, times the ratio of that."""
         flow = self.chord.flow
-        gamma = mean_gamma_of(flow, q, velocity, period) / mean_gamma(flow, self.first.shot)
-        return self.first.gamma_ratio * gamma
+        periods = 0.5 if self.chord.reversible and not flow.cheap else 1.0
+        gamma = mean_gamma_of(flow, q, velocity, period, periods=periods)
+        first = mean_gamma(flow, self.first.shot, periods=periods)
+        return self.first.gamma_ratio * gamma / first
 
 
 def _at_rest(shot: ShotMotion) -> bool:

@@ -81,6 +81,7 @@ class Collocated:
     _courses: Kept[Course] = field(
         init=False, repr=False, compare=False, default_factory=lambda: Kept(_LATEST)
     )
+    _latest: list[SmoothStage] = field(init=False, repr=False, compare=False, default_factory=list)
     _rules: Kept[Rule] = field(
         init=False, repr=False, compare=False, default_factory=lambda: Kept(_KEPT)
     )
@@ -132,6 +133,11 @@ class Collocated:
         return _ITERATED * self.tolerance
 
     @property
+    def cheap(self) -> bool:
+        """Ten periods cost as much as the exact motion, which tells more."""
+        return False
+
+    @property
     def rough(self) -> Collocated:
         """The same with longer steps: an error below 1e-8 of the motion in ten periods."""
         return replace(self, tolerance=_ROUGH * self.tolerance, longest_turn=_ROUGH_TURN)
@@ -149,8 +155,12 @@ class Collocated:
         return self.states.energy(q, velocity)
 
     def stage_at(self, q: Array) -> SmoothStage:
-        """The stage of coordinates of shape (J,)."""
-        return self._stage(self.states.contact(q).force[0] > 0)
+        """The stage of coordinates of shape (J,); motions often come back to the same one."""
+        for stage in self._latest:
+            if stage.margins(q).min() > 0:
+                return stage
+        self._latest[:] = [self._stage(self.states.contact(q).force[0] > 0)]
+        return self._latest[0]
 
     def stage_after(self, q: Array, velocity: Array, before: SmoothStage | None) -> SmoothStage:
         """The stage that a state is about to be in; most often one point opens or closes."""

@@ -79,6 +79,11 @@ class Flow:
         return self._book.forces(q)
 
     @property
+    def cheap(self) -> bool:
+        """All motions are followed for ten periods."""
+        return True
+
+    @property
     def rough(self) -> Flow:
         """Itself: it is as cheap as it can be."""
         return self

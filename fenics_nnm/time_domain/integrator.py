@@ -73,6 +73,10 @@ class Integrator(Protocol):
         """
 
     @property
+    def cheap(self) -> bool:
+        """Whether motions are followed for ten periods even if an exact one is found nearby."""
+
+    @property
     def rough(self) -> Integrator:
         """The same for what is compared with parts of the motion, far above 1e-8, alone."""
 

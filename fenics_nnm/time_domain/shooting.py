@@ -149,18 +149,21 @@ def shoot(flow: Integrator, guess: OrbitGuess, *, options: Shooting | None = Non
     return _motion(flow, equations, found, options, touches=guess.touches)
 
 
-def mean_gamma(flow: Integrator, shot: ShotMotion) -> float:
+def mean_gamma(flow: Integrator, shot: ShotMotion, *, periods: float = 1.0) -> float:
     """Modal energy coordinate gamma = m^ / 2 of a shot motion, with all its harmonics.
 
-    m^ = <q' . q'> / omega^2 is a mean over the period (Parseval), in closed form.
+    m^ = <q' . q'> / omega^2 is a mean over the period (Parseval), in closed form, or over half of
+    it where the motion is time-reversible and starts at rest.
     """
-    return mean_gamma_of(flow, shot.q, shot.velocity, shot.period)
+    return mean_gamma_of(flow, shot.q, shot.velocity, shot.period, periods=periods)
 
 
-def mean_gamma_of(flow: Integrator, q: Array, velocity: Array, period: float) -> float:
+def mean_gamma_of(
+    flow: Integrator, q: Array, velocity: Array, period: float, *, periods: float = 1.0
+) -> float:
     """`mean_gamma` of a motion given by its initial state and its period."""
-    omega = 2 * np.pi / period
-    return flow.run(q, velocity, period, speeds=True).speed_integral / (2 * period * omega**2)
+    omega, span = 2 * np.pi / period, periods * period
+    return flow.run(q, velocity, span, speeds=True).speed_integral / (2 * span * omega**2)
 
 
 def harmonics_of(flow: Integrator, shot: ShotMotion, series: Series) -> Array:

@@ -103,8 +103,9 @@ class SmoothStep:
     def tail(self) -> float:
         """Size of the highest coefficients of the remainder, as a velocity."""
         coefficients = self.pushes @ self.rule.nodes.to_legendre[-2:].T
-        highest = np.linalg.norm(self.stage.remainder.directions @ coefficients, axis=0)
-        return self.rule.step * float(max(highest[1], highest[0] / 8))
+        squares = (self.stage.remainder.directions @ coefficients) ** 2
+        before, last = np.sqrt(squares.sum(axis=0))
+        return self.rule.step * float(max(last, before / 8))
 
     def states(self, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities at times of the step, each of shape (t, J)."""

@@ -71,6 +71,11 @@ class Stepped:
         return found if along is not None else replace(found, derivative=None)
 
     @property
+    def cheap(self) -> bool:
+        """All motions are followed for ten periods."""
+        return True
+
+    @property
     def rough(self) -> Stepped:
         """Itself: it has one error."""
         return self

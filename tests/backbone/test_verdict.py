@@ -198,6 +198,31 @@ def test_return_after_ten_periods_is_a_product_of_ten_maps() -> None:
     assert shifted.after_ten > 0.8 * 20 * np.pi * 0.002 * MODEL.omega[0]
 
 
+class _Dear(Flow):
+    """A flow for which ten periods are as dear as the exact motion."""
+
+    __slots__ = ()
+
+    @property
+    def cheap(self) -> bool:
+        return False
+
+
+def test_dear_motions_are_followed_for_ten_periods_where_no_exact_one_is_known() -> None:
+    """Verdicts are the same; what ten periods say is told where it counts."""
+    flow, point = _Dear(MODEL), branch()[-1]
+    found = verdict(point, flow=flow)
+    assert np.isnan(found.returned.after_ten) and np.isfinite(found.returned.energy_drift)
+    assert found.returned.after_one == pytest.approx(point.returned.after_one, rel=1e-9)
+    assert (found.verdict, found.orbit) == (point.verdict, point.orbit)
+    other = with_motion(point, energy=1.5 * point.motion.energy)
+    unlike = verdict(other, flow=flow)
+    assert unlike.orbit is None and unlike.returned.after_ten > 0
+    assert unlike.verdict == verdict(other, flow=Flow(MODEL)).verdict
+    alone = verdict(point, flow=flow, shooting=False)
+    assert alone.returned.after_ten == pytest.approx(point.returned.after_ten, rel=1e-9)
+
+
 def test_shot_motion_of_a_point() -> None:
     point = branch()[-1]
     shot = shoot(Flow(MODEL), guess_from(point))

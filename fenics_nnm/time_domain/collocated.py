@@ -30,8 +30,8 @@ from fenics_nnm.time_domain.step_rule import Rule
 #: As in `flow`: points in contact are those a moment later, this over the highest frequency.
 _MOMENT = 1e-9
 
-#: First step as a part of the period of the lowest mode; steps are rungs from there.
-_FIRST = 1 / 8
+#: Longest step as a part of the period of the lowest mode; steps are rungs from there.
+_LONGEST = 1 / 8
 
 #: A step is iterated to this part of the tolerance.
 _ITERATED = 1e-5
@@ -152,7 +152,7 @@ class Collocated:
 
     def energy(self, q: Array, velocity: Array) -> float:
         """Total energy in J from the state of rest."""
-        return self.states.energy(q, velocity)
+        return self.states.energy_of(q, velocity, self.stage_at(q).forces(q))
 
     def stage_at(self, q: Array) -> SmoothStage:
         """The stage of coordinates of shape (J,); motions often come back to the same one."""
@@ -192,7 +192,7 @@ class _Walk:
         self._flow = flow
         self._first = self._q, self._velocity = q, velocity
         self._size = float(np.sqrt(2 * flow.energy(q, velocity)))
-        self._rungs = Rungs(_FIRST * 2 * np.pi / float(flow.model.omega[0]), flow.nodes)
+        self._rungs = Rungs(_LONGEST * 2 * np.pi / float(flow.model.omega[0]), flow.nodes)
         self._clock, self._changes = 0.0, 0
         self._parts: list[Part] = []
 

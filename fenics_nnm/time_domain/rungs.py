@@ -7,6 +7,9 @@ import numpy as np
 #: Rungs to half the step.
 _TO_HALF = 2
 
+#: Rung of the first step: the first of a motion has no good guess, and to refuse it is dear.
+_BEGINNING = 2
+
 #: After a step was refused, so many steps are taken before longer ones are tried.
 _PATIENCE = 3
 
@@ -15,30 +18,30 @@ _MARGIN, _MOST = 0.25, 4
 
 
 class Rungs:
-    """The length of the next step: the first one over a power of the root of two.
+    """The length of the next step: the longest one over a power of the root of two.
 
     The highest coefficient of a smooth remainder, that of degree s - 1, grows by the step to the
     power s.
     """
 
-    def __init__(self, first: float, nodes: int) -> None:
-        """Begin with the longest step.
+    def __init__(self, longest: float, nodes: int) -> None:
+        """Begin with half of the longest step.
 
         Args:
-            first: Its length in s.
+            longest: Its length in s.
             nodes: Gauss points s of a step.
         """
-        self._first, self._rung, self._patience = first, 0, 0
+        self._longest, self._rung, self._patience = longest, _BEGINNING, 0
         self._growth = nodes * np.log(2) / _TO_HALF
 
     @property
     def step(self) -> float:
         """Length in s."""
-        return float(self._first * 2.0 ** (-self._rung / _TO_HALF))
+        return float(self._longest * 2.0 ** (-self._rung / _TO_HALF))
 
     def reach(self, longest: float) -> None:
         """Take no longer steps than this."""
-        self._rung = max(self._rung, int(np.ceil(_TO_HALF * np.log2(self._first / longest))))
+        self._rung = max(self._rung, int(np.ceil(_TO_HALF * np.log2(self._longest / longest))))
 
     def accepted(self, error: float) -> None:
         """A step had an error, as a part of what is allowed: longer ones may do."""

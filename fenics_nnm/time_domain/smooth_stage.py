@@ -73,6 +73,10 @@ class SmoothStage:
         basis = np.eye(len(q))
         return model.kinematics.closing.displaced(q @ model.Phi.T, basis, q) - model.gap
 
+    def forces(self, q: Array) -> Array:
+        """Contact forces in N at coordinates of shape (J,), shape (n_c,)."""
+        return np.asarray(self.linear.stiffness * self.margins(q))
+
     def margins(self, q: Array) -> Array:
         """Margins in m at coordinates of shape (J,), shape (n_c,)."""
         return self.course.at(((q - self.linear.rest) @ self.linear.V)[:, None])[:, 0]

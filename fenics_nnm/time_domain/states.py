@@ -51,7 +51,11 @@ class States:
 
     def energy(self, q: Array, velocity: Array) -> float:
         """Total energy in J from the state of rest."""
-        model, force = self.mechanics.model, self.contact(q).force[0]
+        return self.energy_of(q, velocity, self.contact(q).force[0])
+
+    def energy_of(self, q: Array, velocity: Array, force: Array) -> float:
+        """The same with contact forces that are known, shape (n_c,)."""
+        model = self.mechanics.model
         modal = velocity @ velocity + np.sum((model.omega * q) ** 2)
         stored = sum(each.energy_at(q, velocity) for each in self.mechanics.forces)
         return float(modal + force @ model.R @ force) / 2 + float(stored)

@@ -23,10 +23,11 @@ def test_steps_of_a_smooth_remainder_get_to_the_length_that_is_allowed() -> None
     assert 3 * allowed / 2 < rungs.step <= 3 * allowed
 
 
-def test_a_step_that_is_not_solved_is_halved_and_none_is_longer_than_the_first() -> None:
+def test_a_step_that_is_not_solved_is_halved_and_none_is_longer_than_the_longest() -> None:
     rungs = Rungs(1.0, 16)
-    rungs.refused(float("inf"))
     assert rungs.step == pytest.approx(0.5)
+    rungs.refused(float("inf"))
+    assert rungs.step == pytest.approx(0.25)
     for _ in range(8):
         rungs.accepted(0.0)
     assert rungs.step == 1.0

@@ -156,6 +156,16 @@ class DampedFlow:
         moved = np.broadcast_to(self.drive.gap.at(phase), (len(q), self.model.points))
         return self.book.forces(np.hstack([q, moved]))
 
+    @property
+    def cheap(self) -> bool:
+        """All motions are followed for ten periods."""
+        return True
+
+    @property
+    def rough(self) -> DampedFlow:
+        """Itself: it is as cheap as it can be."""
+        return self
+
     def acceleration(self, q: Array, velocity: Array, phase: float = 0.0) -> Array:
         """Acceleration p - C q' - omega^2 q - Phi^T lambda(q) at a phase, shape (J,)."""
         pull = self.model.omega**2 * q + self.forces(q[None], phase)[0] @ self.model.Phi

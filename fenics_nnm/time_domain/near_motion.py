@@ -31,7 +31,8 @@ class NearMotion:
             fastest: Circular frequency of the fastest mode in rad/s.
         """
         self._derivatives, self._reach = derivatives, _NEAR / fastest
-        self._time, self._known = -np.inf, np.empty((0, 6))
+        self._time = -np.inf
+        self._known: Array = np.empty((0, 6))
 
     def at(self, time: float) -> Array:
         """Coordinates and velocities, shape (J, 2)."""

@@ -35,7 +35,7 @@ _CERTIFICATE: tuple[tuple[str, str, _Measure], ...] = (
     ("force times gap at the samples", "below 1e-6", lambda p: p.balance.complementarity),
     ("miss of the start after one period", "below 0.05", numbers.return_error),
     ("miss of the start after ten periods", "below 0.02 *", numbers.return_error_10),
-    ("drift of the energy in ten periods", "round-off", numbers.energy_drift),
+    ("drift of the energy in time", "round-off", numbers.energy_drift),
     (
         "frequency against the exact motion",
         "below 1e-3",

@@ -40,9 +40,7 @@ _ERRORS = (
         "energy variation",
         "energy variation of the series in time",
     ),
-    _Error(
-        numbers.energy_drift, "energy drift", "energy drift of the integration over ten periods"
-    ),
+    _Error(numbers.energy_drift, "energy drift", "energy drift of the integration in time"),
     _Error(
         numbers.harmonics_error, "harmonics", "harmonics: error of the frequency by N harmonics"
     ),

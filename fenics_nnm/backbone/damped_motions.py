@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from fenics_nnm.backbone.damped_descent import lowered
 from fenics_nnm.backbone.damped_model import DampedModel
 from fenics_nnm.backbone.damped_path import Step, Walk, walk
@@ -40,6 +42,12 @@ class Found:
 
     gamma_ratio: float
     motion: ResonantMotion
+
+    @property
+    def told(self) -> str:
+        """Its frequency, or that there is none."""
+        found = f"{self.motion.omega / (2 * np.pi):.6g} Hz"
+        return f"{'none' if self.motion.failure else found} at gamma ratio {self.gamma_ratio:g}"
 
 
 def damped_motions(damped: DampedModel, ratios: Sequence[float]) -> Iterator[Found]:

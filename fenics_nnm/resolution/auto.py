@@ -19,10 +19,13 @@ from fenics_nnm.errors import TooManyModesError
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.nonlinear.series_error import MORE_HARMONICS
 from fenics_nnm.resolution.accuracy import SOURCES, Accuracy, accuracy
+from fenics_nnm.resolution.damped_auto import Tried, damped_numbers, probed_ratios
 from fenics_nnm.resolution.finer import MOST, Finer, least
 from fenics_nnm.resolution.probes import probed, probes
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse, Linear, linear_analysis
+from fenics_nnm.structure.damped_choice import damped_run
+from fenics_nnm.structure.damped_run import UNDAMPED, DampedRun
 from fenics_nnm.structure.prepared import Prepared, prepared
 from fenics_nnm.study import Study
 from fenics_nnm.study.resolution import Resolution
@@ -118,7 +121,40 @@ def choice(
         given = study.with_resolution(found)
         return Choice(study, prepared(given, analyse(given, comm, stages)))
     models = _Models(study, comm, stages, analyse)
-    return _search(models, Finer(study), least(study), ())
+    begin = least(study)
+    damped = _damped_run(models, begin)
+    if damped.follows:
+        return _damped_choice(models, begin, probed_ratios(damped.ratios))
+    return _search(models, Finer(study), begin, ())
+
+
+def _damped_run(models: _Models, begin: Resolution) -> DampedRun:
+    """What the damping of a study does; with the numbers that a search begins with."""
+    study = models.study
+    if not study.damped or study.carries_mass or study.full_order:
+        return UNDAMPED
+    _, linear = models.first(begin)
+    return damped_run(models.study.with_resolution(begin), linear)
+
+
+def _damped_choice(models: _Models, begin: Resolution, ratios: Sequence[float]) -> Choice:
+    """Numbers of damped motions, which give no errors of undamped ones."""
+
+    def tried(modes: int) -> Tried:
+        at, linear = models.first(replace(begin, modes=modes))
+        run = damped_run(models.study.with_resolution(at), linear)
+        assert run.maker is not None  # more modes make no objection
+        with models.stages.stage("accuracy"):
+            found = Tried.of(models.comm, at.modes, run.maker, ratios)
+        frequencies = ", ".join(each.told for each in found.motions)
+        logger.info("modes = %d: damped motions of %s", at.modes, frequencies)
+        return found
+
+    found = damped_numbers(models.study, begin, models.comm, tried)
+    _, linear = models.first(found.resolution)
+    ready = prepared(models.study.with_resolution(found.resolution), linear)
+    finer = Finer(models.study, free=[], limits=found.limits)
+    return Choice(models.study, ready, found.expected, finer, found.energies)
 
 
 def provisional(
@@ -241,6 +277,15 @@ class _Models:
         while (count := self._needed(at, largest)) > len(largest.modes.omega) and not self._all:
             largest = self._with(count)
         count = min(count, len(largest.modes.omega))
+        return replace(at, modes=count), _first(largest, count)
+
+    def first(self, at: Resolution) -> tuple[Resolution, Linear]:
+        """Numbers with the lowest modes alone, whatever their harmonics, and their analysis."""
+        if self.study.reduction.modes != "auto":
+            self._kept = self._kept or self.analyse(self.study, self.comm, self.stages)
+            return at, self._kept
+        largest = self._with(at.modes)
+        count = min(at.modes, len(largest.modes.omega))
         return replace(at, modes=count), _first(largest, count)
 
     def _needed(self, at: Resolution, largest: Linear) -> int:

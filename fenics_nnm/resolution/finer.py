@@ -40,7 +40,7 @@ def least(study: Study) -> Resolution:
     if "harmonics" in study.automatic:
         most = (begin.samples - 1) // study.samples_a_harmonic
         begin = replace(begin, harmonics=min(begin.harmonics, most))
-    return _with_samples(study, begin)
+    return with_samples(study, begin)
 
 
 @dataclass(slots=True)
@@ -74,7 +74,7 @@ class Finer:
             number = self._next(source, at, excess)
             limit = self._limit(source, at, found.harmonics)
             if not limit:
-                return _with_samples(self.study, replace(at, **{source: number}))
+                return with_samples(self.study, replace(at, **{source: number}))
             self.limits[source] = limit
             self.free.remove(source)
         return None
@@ -123,8 +123,8 @@ def needed(source: str, now: int, error: float, tolerance: float) -> int:
     return int(np.ceil(now * (error / tolerance) ** (1 / _ORDERS[source])))
 
 
-def _with_samples(study: Study, at: Resolution) -> Resolution:
-    """As many samples as the harmonics need at least, where they are not given."""
+def with_samples(study: Study, at: Resolution) -> Resolution:
+    """The numbers with as many samples as the harmonics need at least, where they are not given."""
     if "samples" not in study.automatic:
         return at
     few = _SAMPLES_A_HARMONIC * at.harmonics

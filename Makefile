@@ -76,6 +76,10 @@ journeys:
 	    --set 'continuation.report_at=["1.2 mm"]'
 	$(RUN) fenics-nnm run $(JOURNEYS)/blade.toml --output $(JOURNEYS)/blade \
 	    --set 'continuation.amplitudes=["2 mm"]' --set 'continuation.report_at=["2.5 mm", "300 MPa"]'
+	$(RUN) fenics-nnm run demos/step/damped.toml --output demos/step/results/damped \
+	    --set continuation.energies.from=0.8 --set continuation.energies.step=0.05 \
+	    --set mode.harmonics=60 --set mode.samples=512
+	cp demos/step/results/damped/backbone.png $(PICTURES)/step_damped.png
 	for kind in blade matrices; do \
 	    $(RUN) fenics-nnm plot $(JOURNEYS)/$$kind --formats png || exit; done
 	$(RUN) fenics-nnm sweep $(JOURNEYS)/blade.toml --set 'contact.gap="0.05 mm","0.1 mm","0.15 mm"' \

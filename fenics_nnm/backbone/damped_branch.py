@@ -15,6 +15,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.branch import Branch
+from fenics_nnm.backbone.damped_joins import damped_joins
 from fenics_nnm.backbone.damped_model import DampedModel
 from fenics_nnm.backbone.damped_motions import damped_motions
 from fenics_nnm.backbone.families import families
@@ -179,7 +180,7 @@ def damped_branch(
             progress.on_point(point)
         progress.on_position(found.gamma_ratio)
     points.sort(key=lambda point: point.position)
-    return _ended(points, tuple(failures), ratios[-1], maker.series)
+    return _ended(points, tuple(failures), ratios[-1], maker)
 
 
 def _known(points: list[BranchPoint], ratio: float) -> bool:
@@ -190,7 +191,7 @@ def _ended(
     points: list[BranchPoint],
     failures: tuple[tuple[float, str], ...],
     last: float,
-    series: FourierSeries,
+    maker: DampedMaker,
 ) -> Branch:
     """The branch with the families of its points, the jumps between them, and why it ended."""
     reason = f"reached gamma_ratio = {last:g}: damped motions"
@@ -200,7 +201,11 @@ def _ended(
             f"{len(failures)} of {len(failures) + len(points)} damped motions were not found, the "
             f"first at gamma ratio {ratio:g}: {why}"
         )
-    of = families(points, series)
+    of = families(points, maker.series)
+    joined: frozenset[int] = frozenset()
+    while more := damped_joins(maker.damped, maker.series, points, of.numbers) - joined:
+        joined |= more
+        of = families(points, maker.series, joined=joined)
     numbered = zip(points, of.numbers, strict=True)
     return Branch(
         tuple(_of_family(point, number) for point, number in numbered),

@@ -90,14 +90,14 @@ def _found(damped: DampedModel, ratio: float, climbed: Walk, before: Found | Non
             return Found(ratio, found)
         failure = found.failure
     if before is not None:
-        risen = _risen(damped, ratio, before)
-        if not risen.failure:
-            return Found(ratio, risen.motions[-1])
-        failure = f"{failure}; {risen.failure}, on the way from gamma ratio {before.gamma_ratio:g}"
+        way = risen(damped, ratio, before)
+        if not way.failure:
+            return Found(ratio, way.motions[-1])
+        failure = f"{failure}; {way.failure}, on the way from gamma ratio {before.gamma_ratio:g}"
     return Found(ratio, replace(damped.linear(damped.grazing_gamma), failure=failure))
 
 
-def _risen(damped: DampedModel, ratio: float, before: Found) -> Walk:
+def risen(damped: DampedModel, ratio: float, before: Found) -> Walk:
     """From the motion at another gamma ratio, with the real damping."""
     flow = driven_by_push(damped.model, damped.rate, damped.push)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fenics_nnm.backbone.damped_branch import DampedMaker, damped_branch
+from fenics_nnm.backbone.damped_joins import damped_joins, exact_motion
 from fenics_nnm.backbone.damped_model import HEAVY, DampedModel
 from fenics_nnm.backbone.damped_path import Step, walk
 from fenics_nnm.backbone.wanted import Progress
@@ -75,6 +76,10 @@ def test_motions_that_do_not_follow_from_each_other_are_of_two_families() -> Non
     assert first != second == third
     (jump,) = found.jumps
     assert jump.gamma_ratios == (1.35, 1.4) and jump.change > 0.1
+    exact = exact_motion(damped, own.series, found.points[2])
+    assert exact.omega / (2 * np.pi) == pytest.approx(found.points[2].motion.frequency, rel=1e-9)
+    parted = damped_joins(damped, own.series, found.points, (1, 2, 3))
+    assert parted == {1}  # from 1.4 to 1.45, and not over the jump
 
 
 def test_known_points_are_taken_over() -> None:

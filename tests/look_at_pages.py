@@ -1,7 +1,8 @@
 """Open web pages in Chromium, at the widths of a desktop and of a telephone.
 
 Nothing may be wider than the window, no picture may be missing, and no part may be blank, on light
-and on dark ground. Runs where Chromium is:
+and on dark ground. Nothing may be asked of the network. A motion that can be turned and played must
+be drawn, turn and play; without scripts its place must be empty. Runs where Chromium is:
 
     environment/run --viewers python3 tests/look_at_pages.py PAGE.html ... --output FOLDER
 """
@@ -13,6 +14,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -22,9 +24,37 @@ from PIL import Image, ImageStat
 WIDTHS = (1400, 390, 360)
 TALLEST = 16_000
 
-#: Tells in the title of the page how large it is, and what is wrong in it.
+#: Spread of colours, of 255, below which the place of a live motion has nothing in it.
+EMPTY = 8
+
+#: Tells in the title of the page how large it is, what is wrong in it, and of its live motion where
+#: that is, whether it can be turned and played by the keyboard.
 MEASURE = """<script>
-addEventListener("load", () => {
+/* without a window the browser draws no frames of its own */
+window.requestAnimationFrame = (act) => setTimeout(() => act(performance.now()), 16);
+const pause = (time) => new Promise((done) => setTimeout(done, time));
+async function live() {
+  const figure = document.querySelector(".turning:not([hidden])");
+  if (!figure) return null;
+  const stage = figure.querySelector(".stage");
+  stage.scrollIntoView();
+  for (let n = 0; n < 300 && !figure.dataset.ready; n++) await pause(100);
+  if (!figure.dataset.ready) return { ready: false };
+  const renderers = window.global.renderWindow.getRenderers();
+  const place = () => String(renderers.map((each) => each.getActiveCamera().getPosition()));
+  const press = (key) => stage.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+  const was = [place(), document.getElementById("live-time").value];
+  press("ArrowLeft");
+  press(" ");
+  await pause(500);
+  press(" ");
+  const now = [place(), document.getElementById("live-time").value];
+  scrollTo(0, 0);
+  const box = stage.getBoundingClientRect();
+  return { ready: true, turns: was[0] !== now[0], plays: was[1] !== now[1],
+    box: [box.left, box.top, box.right, box.bottom].map(Math.round) };
+}
+addEventListener("load", async () => {
   const root = document.documentElement, window_width = root.clientWidth;
   const scrolls = (node) => node && (/auto|scroll/.test(getComputedStyle(node).overflowX)
     || scrolls(node.parentElement));
@@ -35,23 +65,30 @@ addEventListener("load", () => {
   document.title = JSON.stringify({
     window: window_width, width: root.scrollWidth, height: root.scrollHeight,
     wide: wide.map((node) => node.tagName + " " + node.textContent.slice(0, 40)),
-    broken: broken.map((image) => image.alt),
+    broken: broken.map((image) => image.alt), live: await live(),
   });
 });
 </script></head>"""
 
 
+#: Options of the browser: no window, and WebGL without a graphics card.
+OPTIONS = (
+    "--no-sandbox --hide-scrollbars --ignore-gpu-blocklist --use-angle=swiftshader "
+    "--enable-unsafe-swiftshader"
+).split()
+
+
 def chromium(*arguments: str) -> str:
     """Run the browser and return what it prints."""
-    command = ["chromium-headless-shell", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
-    ended = subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=120)
+    command = ["chromium-headless-shell", *OPTIONS, "--virtual-time-budget=40000"]
+    ended = subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=300)
     if ended.returncode:
         raise RuntimeError(f"Chromium ended with {ended.returncode}: {ended.stderr[-500:]}")
     return ended.stdout
 
 
 def measured(page: Path, width: int) -> dict:
-    """What the page says of its size in a window of a width."""
+    """What the page says of its size, and of its live motion, in a window of a width."""
     with TemporaryDirectory() as folder:
         probe = Path(folder) / "page.html"
         text = re.sub(
@@ -65,16 +102,46 @@ def measured(page: Path, width: int) -> dict:
     return json.loads(told.group(1).replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">"))
 
 
-def drawn(page: Path, picture: Path, width: int, height: int, *, dark: bool) -> Image.Image:
-    """A picture of the whole page, or of its beginning."""
-    chromium(
-        f"--window-size={width},{min(height, TALLEST)}",
-        f"--blink-settings=preferredColorScheme={0 if dark else 1}",
-        f"--screenshot={picture}",
-        page.resolve().as_uri(),
-    )
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a page is opened.
+
+    Attributes:
+        width: Width of the window in pixels.
+        height: Height of the page.
+        dark: Whether on dark ground.
+        scripts: Whether scripts run.
+    """
+
+    width: int
+    height: int
+    dark: bool = False
+    scripts: bool = True
+
+    @property
+    def name(self) -> str:
+        """Its part of the name of a picture."""
+        return f"{self.width}_{'dark' if self.dark else 'light'}{'' if self.scripts else '_plain'}"
+
+
+def drawn(page: Path, picture: Path, look: Look) -> tuple[Image.Image, list[str]]:
+    """A picture of the whole page, or of its beginning, and what it asked of the network."""
+    with TemporaryDirectory() as folder:
+        log = Path(folder) / "log.json"
+        shown = page.resolve()
+        if not look.scripts:  # by the policy of the page: the browser cannot be told for itself
+            shown = Path(folder) / "page.html"
+            shown.write_text(re.sub(r"; script-src [^\"]*", "", page.read_text("utf-8")), "utf-8")
+        chromium(
+            f"--window-size={look.width},{min(look.height, TALLEST)}",
+            f"--blink-settings=preferredColorScheme={0 if look.dark else 1}",
+            f"--screenshot={picture}",
+            f"--log-net-log={log}",
+            shown.as_uri(),
+        )
+        asked = set(re.findall(r'"url":"((?:http|ws)s?://[^"]*)', log.read_text("utf-8")))
     with Image.open(picture) as opened:
-        return opened.convert("RGB")
+        return opened.convert("RGB"), sorted(asked)
 
 
 def faults(page: Path, folder: Path, width: int) -> list[str]:
@@ -84,15 +151,29 @@ def faults(page: Path, folder: Path, width: int) -> list[str]:
     found += [f"picture without contents: {alt}" for alt in told["broken"]]
     if told["window"] != width or told["width"] > width:
         found.append(f"{told['width']} pixels wide in a window of {told['window']}")
-    ground = {}
-    for dark in (False, True):
-        name = f"{page.parent.name}_{page.stem}_{width}_{'dark' if dark else 'light'}.png"
-        image = drawn(page, folder / name, width, told["height"], dark=dark)
-        ground[dark] = sum(image.getpixel((1, 1)))
+    looks = [Look(width, told["height"], dark) for dark in (False, True)]
+    looks += [Look(width, told["height"], scripts=False)] if told["live"] else []
+    for look in looks:
+        name = f"{page.parent.name}_{page.stem}_{look.name}.png"
+        image, asked = drawn(page, folder / name, look)
+        ground = sum(image.getpixel((1, 1)))
         found += [f"{name}: blank below {top} pixels" for top in blank(image)]
-    if not ground[True] < 200 < 600 < ground[False]:
-        found.append(f"ground of {ground[False]} in light and {ground[True]} in dark")
+        found += [f"{name}: asked for {url}" for url in asked]
+        if look.dark != (ground < 200) or look.dark == (ground > 600):
+            found.append(f"{name}: ground of {ground}")
+        if told["live"] and look.scripts:
+            found += faults_of_live(told["live"], image, name)
     return found
+
+
+def faults_of_live(live: dict, image: Image.Image, name: str) -> list[str]:
+    """What is wrong with a motion that can be turned and played, and with its picture."""
+    if not live["ready"]:
+        return ["the live motion is not drawn"]
+    acts = {"turns": "does not turn", "plays": "does not play"}
+    found = [f"the live motion {words}" for act, words in acts.items() if not live[act]]
+    spread = max(ImageStat.Stat(image.crop(tuple(live["box"]))).stddev)
+    return found + ([f"{name}: the live motion is empty"] if spread < EMPTY else [])
 
 
 def blank(image: Image.Image, band: int = 1000) -> list[int]:

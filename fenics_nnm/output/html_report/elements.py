@@ -42,6 +42,11 @@ def element(tag: str, *content: Html, **attributes: str) -> Html:
     return Html(f"{_opening(tag, attributes)}{''.join(content)}</{tag}>")
 
 
+def void(tag: str, **attributes: str) -> Html:
+    """An element that has nothing in it, and no end."""
+    return Html(_opening(tag, attributes))
+
+
 def paragraph(plain: str) -> Html:
     """A paragraph of plain text."""
     return element("p", text(plain))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,6 +51,30 @@ POLICY = (
 
 
 @dataclass(frozen=True, slots=True)
+class Script:
+    """A script that is in the page itself, and may run there: any other may not.
+
+    Attributes:
+        text: Its text, to the letter.
+    """
+
+    text: str
+
+    @property
+    def source(self) -> str:
+        """What a Content-Security-Policy calls it: the digest of its text."""
+        digest = b64encode(hashlib.sha256(self.text.encode()).digest()).decode()
+        return f"'sha256-{digest}'"
+
+
+def policy_with(scripts: Sequence[Script]) -> str:
+    """What a browser may load of a page with some scripts."""
+    if not scripts:
+        return POLICY
+    return f"{POLICY}; script-src {' '.join(script.source for script in scripts)}"
+
+
+@dataclass(frozen=True, slots=True)
 class Section:
     """A part of the page with a heading.
 
@@ -66,7 +92,13 @@ class Section:
 
 
 def page(
-    *, title: str, kicker: str, generator: str, footer: str, sections: Sequence[Section]
+    *,
+    title: str,
+    kicker: str,
+    generator: str,
+    footer: str,
+    sections: Sequence[Section],
+    scripts: Sequence[Script] = (),
 ) -> str:
     """The text of the page.
 
@@ -76,6 +108,7 @@ def page(
         generator: Name and version of the program.
         footer: The last line.
         sections: Its sections; a last one says why those without content are not there.
+        scripts: Scripts that are in the sections.
     """
     shown = [section for section in sections if section.content]
     absent = [f"{s.title}: {s.absent}" for s in sections if not s.content]
@@ -87,7 +120,7 @@ def page(
         generator=text(generator),
         footer=text(footer),
         style=STYLE,
-        policy=POLICY,
+        policy=policy_with(scripts),
         contents=_contents(shown),
         sections=joined(_drawn(section) for section in shown),
     )

@@ -16,6 +16,7 @@ from fenics_nnm.output.html_report.figures import Gallery
 from fenics_nnm.output.html_report.headlines import headlines, next_steps
 from fenics_nnm.output.html_report.page import Section, page, write_page
 from fenics_nnm.output.html_report.words import sentences, title_of, warnings
+from fenics_nnm.output.live_motion.figure import live_figure
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.results.tables import write_backbone
 
@@ -52,6 +53,7 @@ def _page(
     results: Results, gallery: Gallery, points: Path, beside: str, further: tuple[Section, ...]
 ) -> str:
     """The text of the page, with further sections."""
+    live, scripts = live_figure(results)
     return page(
         title=title_of(results),
         kicker=f"Nonlinear mode {results.header.mode} in unilateral contact",
@@ -63,7 +65,7 @@ def _page(
             _overview(results),
             next_steps(results),
             curve.curve(results, gallery),
-            _motion(results, gallery),
+            _motion(results, live, gallery),
             contact.contact(results, gallery),
             curve.points(results, points, beside),
             trust.verdicts(results),
@@ -76,6 +78,7 @@ def _page(
             origin.study_file(results),
             origin.versions(results),
         ],
+        scripts=scripts,
     )
 
 
@@ -90,9 +93,10 @@ def _overview(results: Results) -> Section:
     return Section("overview", "What was computed", content)
 
 
-def _motion(results: Results, gallery: Gallery) -> Section:
-    """Pictures of the body and of its motion."""
+def _motion(results: Results, live: Html, gallery: Gallery) -> Section:
+    """The motion to turn and to play where that can be, and pictures of the body and of it."""
     why = "the structure is given by matrices, so there is no body to draw."
     if results.body is not None:
         why = "there are no pictures of it."
-    return Section("motion", "Motion", gallery.figures("body", "motion"), why)
+    shown = (*((live,) if live else ()), *gallery.figures("body", "motion"))
+    return Section("motion", "Motion", shown, why)

@@ -90,6 +90,23 @@ figure.live svg {
 .live .inside { fill: var(--paper); stroke: #cc79a7; stroke-width: 1.6; }
 .live .failed { fill: none; stroke: #d55e00; stroke-width: 2; }
 .live circle:hover, .live rect:hover, .live path:hover { stroke-width: 4; }
+.stage {
+  position: relative; overflow: hidden; height: min(26rem, 70vw); background: #fff;
+  border: 1px solid var(--line); border-radius: .5rem;
+}
+.stage:focus-visible { outline: 2px solid var(--accent); }
+.controls { display: flex; flex-wrap: wrap; gap: .5rem 1rem; margin: .6rem 0 .4rem; }
+.controls label {
+  display: flex; flex: 1 1 15rem; gap: .5rem; align-items: center; font-size: .9rem;
+}
+.controls input { flex: 1; min-width: 5rem; accent-color: var(--accent); }
+.controls output { min-width: 4.5rem; font-variant-numeric: tabular-nums; }
+.controls button {
+  padding: .35rem .9rem; min-width: 5rem; font: inherit; color: var(--ink);
+  background: var(--raised); border: 1px solid var(--line); border-radius: .4rem; cursor: pointer;
+}
+.scale { display: flex; gap: .5rem; align-items: center; font-size: .85rem; color: var(--soft); }
+.scale .bar { flex: 0 1 10rem; height: .7rem; border: 1px solid var(--line); }
 figure img {
   display: block; width: 100%; height: auto;
   padding: .4rem; background: #fff; border: 1px solid var(--line); border-radius: .5rem;
@@ -135,7 +152,7 @@ footer { margin-top: 2.5rem; padding-top: 1rem; border-top: 1px solid var(--line
     --warn: #000; --warn-paper: #fff;
   }
   body { display: block; max-width: none; padding: 0; font-size: 10pt; }
-  nav { display: none; }
+  nav, .turning { display: none; }
   .figures { columns: 2; }
   figure, tr, .facts, .warnings { break-inside: avoid; }
   h2, h3 { break-after: avoid; }

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_nnm.face.histories import ContactHistory, MotionHistory
+from fenics_nnm.face.response import ResponseCurve
+from fenics_nnm.face.tables import Table
 from fenics_nnm.output.pictures.amplitude import place_of
 from fenics_nnm.output.pictures.backbone import abscissas, draw_frequency
 from fenics_nnm.output.pictures.results import Results
-from fenics_nnm.output.pictures.style import BLACK, label, unit_for
+from fenics_nnm.output.pictures.style import BLACK, CURVES, label, unit_for
+
+#: Colours of levels.
+_COLOURS = tuple(colour for colour, _ in CURVES)
 
 _TIME = "time  (ms)"
 
@@ -49,6 +57,48 @@ def plot_motion(history: MotionHistory, axes: Axes | None) -> Axes:
     drawn.axhline(0, color=BLACK, lw=0.5)
     label(drawn, _TIME, f"displacement  ({unit.name})")
     drawn.set_title(f"node at {place_of(history.places_m[0])}", fontsize=9)
+    drawn.legend(fontsize=8)
+    return drawn
+
+
+def plot_response(curves: Sequence[ResponseCurve], resonances: Table, axes: Axes | None) -> Axes:
+    """Amplitudes of a place over frequency, with the damped backbone if there is one."""
+    drawn = _axes(axes)
+    unit = unit_for(np.concatenate([curve.amplitude_m for curve in curves]), "m")
+    levels = dict.fromkeys(curve.level for curve in curves)
+    colours = dict(zip(levels, itertools.cycle(_COLOURS), strict=False))
+    named: set[float] = set()
+    for curve in curves:
+        look = {"color": colours[curve.level], "lw": 1.2}
+        amplitude = unit.factor * curve.amplitude_m
+        drawn.plot(curve.frequency_Hz, amplitude, ls="--", **look)
+        name = "_" if curve.level in named else f"level {curve.level:g}"
+        full = np.where(curve.stable, amplitude, np.nan)
+        drawn.plot(curve.frequency_Hz, full, label=name, **look)
+        named.add(curve.level)
+    if len(resonances.get("level", ())):
+        amplitude = unit.factor * resonances["amplitude_m"]
+        drawn.plot(resonances["frequency_Hz"], amplitude, ":", color=BLACK, label="damped backbone")
+    drawn.set_yscale("log")
+    label(drawn, "frequency  (Hz)", f"amplitude of {curves[0].place}, 0-peak  ({unit.name})")
+    drawn.legend(fontsize=8)
+    return drawn
+
+
+def plot_campbell(table: Table, crossings: Table, axes: Axes | None) -> Axes:
+    """Frequencies over speed: linear lines, points of the nonlinear mode, crossings."""
+    drawn = _axes(axes)
+    linear = table["status"] == "linear"
+    for mode in np.unique(table["mode"][linear]):
+        own = linear & (table["mode"] == mode)
+        drawn.plot(table["rpm"][own], table["frequency_Hz"][own], lw=1.2, label=f"mode {mode:g}")
+    others = ~linear & np.isfinite(table["frequency_Hz"])
+    if others.any():
+        drawn.plot(table["rpm"][others], table["frequency_Hz"][others], "o", ms=4, color=BLACK,
+                   label="nonlinear mode")  # fmt: skip
+    rpm = crossings["speed_rad_s"] * 30 / np.pi
+    drawn.plot(rpm, crossings["frequency_Hz"], "x", color=BLACK, label="engine order")
+    label(drawn, "speed  (rpm)", "frequency  (Hz)")
     drawn.legend(fontsize=8)
     return drawn
 

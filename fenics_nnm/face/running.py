@@ -1,4 +1,4 @@
-"""From a study to its branch: as `fenics-nnm run`, in this process."""
+"""From a study to its branch or its response, in this process: as the commands."""
 
 from __future__ import annotations
 
@@ -13,10 +13,14 @@ from mpi4py import MPI
 from fenics_nnm.errors import ConvergenceError
 from fenics_nnm.face.branch import Branch, branch_of
 from fenics_nnm.face.loaded import loaded
+from fenics_nnm.face.response import Response, response_of
+from fenics_nnm.face.temporary import Folder
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.results.folder import assert_replaceable
 from fenics_nnm.run import run_study
 from fenics_nnm.running.beginning import begin
+from fenics_nnm.running.responding import ResponseJob, respond
+from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
 from fenics_nnm.study import Study
 
@@ -63,6 +67,30 @@ def followed(asked: Asked, folder: Path | None, *, resume: bool) -> Branch:
         if comm.rank == 0:
             shutil.rmtree(made, ignore_errors=True)
         raise
+
+
+def responded(asked: Asked, folder: Path | None, *, resume: bool) -> Response:
+    """Find the response that a study asks for; to be called on all ranks.
+
+    Args:
+        asked: The study.
+        folder: Folder of the results; a temporary one if not given.
+        resume: Whether to go on from the levels of an earlier response there.
+
+    Raises:
+        NonlinearModeError: if it cannot be driven, or the results not be written.
+    """
+    begin()
+    comm = MPI.COMM_WORLD
+    kept = Folder(folder or on_root(comm, lambda: Path(tempfile.mkdtemp(prefix="fenics-nnm-"))))
+    if folder is None:
+        kept.removed_at_last()
+    job = ResponseJob(asked.study, asked.text, resume, comm, Stages())
+    done = respond(job, kept.path)
+    if comm.rank == 0:
+        for line in done.missing:
+            logger.warning("incomplete: %s", line)
+    return response_of(kept)
 
 
 def _ended(asked: Asked, folder: Path, *, resume: bool, temporary: bool = False) -> Branch:

@@ -20,6 +20,7 @@ from fenics_nnm.study.toml_text import toml_text
 if TYPE_CHECKING:
     from fenics_nnm.face.branch import Branch
     from fenics_nnm.face.check import Check
+    from fenics_nnm.face.response import Response
     from fenics_nnm.structure.shared_analysis import SharedAnalysis
 
 #: Name of the file that a study made of values stands for, in messages.
@@ -140,6 +141,23 @@ gap in m, negative for an interference)
 
         asked = Asked(self._checked, self.text, self.path, self._kept.analyse)
         return followed(asked, None if folder is None else Path(folder), resume=resume)
+
+    @in_words_of_study
+    def response(self, folder: str | Path | None = None, *, resume: bool = False) -> Response:
+        """Find the response of a driven structure in this process: as `fenics-nnm response`.
+
+        Args:
+            folder: Folder of the results. Without one they are in a temporary folder, for as long
+                as the response is used.
+            resume: Go on from the levels of an interrupted, or finished, response in `folder`.
+
+        Raises:
+            NonlinearModeError: if the study cannot be driven, or the results not be written.
+        """
+        from fenics_nnm.face.running import Asked, responded
+
+        asked = Asked(self._checked, self.text, self.path, self._kept.analyse)
+        return responded(asked, None if folder is None else Path(folder), resume=resume)
 
 
 @in_words_of_study

@@ -16,8 +16,11 @@ from conftest import ROD, Ended, contents
 
 import fenics_nnm as nnm
 from fenics_nnm.face import study as module_of_studies
+from fenics_nnm.face.tables import read_table
+from fenics_nnm.output.campbell_report import write_campbell
 from fenics_nnm.processes import environment_of_child
 from fenics_nnm.results.tables import COLUMNS
+from fenics_nnm.structure.campbell import AtSpeed
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/python.md"
@@ -43,6 +46,18 @@ def run_examples(test: doctest.DocTest) -> None:
     assert found.failed == 0, "".join(lines)
 
 
+@pytest.fixture
+def tables(command: Callable[..., Ended], study_file: Callable[..., Path]) -> None:
+    """The Campbell diagram and the sweep that the page reads, where it reads them."""
+    at = [AtSpeed(speed, np.array([1.0]), 1e-3) for speed in (0.0, 10.0)]
+    write_campbell(Path("results/rod-campbell"), at, [1], title="Rod")
+    some = {"energies": {"from": 0.9, "to": 1.0, "step": 0.1}, "report_at": []}
+    file = study_file(continuation=some)
+    gaps = ("--set", "contact.gap=3e-4,5e-4")
+    assert command("sweep", file, *gaps, "--output", "results/rod-sweep").code == 0
+
+
+@pytest.mark.usefixtures("tables")
 def test_examples_of_the_page() -> None:
     text = re.sub(r"^```.*$", "", PAGE.read_text("utf-8"), flags=re.MULTILINE)
     run_examples(doctest.DocTestParser().get_doctest(text, {}, PAGE.name, str(PAGE), 0))
@@ -126,6 +141,45 @@ def test_motion_and_contact_agree(branch: nnm.Branch) -> None:
         tip.velocity_m_per_s[smooth, 0, 0], numeric[smooth], atol=0.01 * scale
     )
     assert point.largest_displacement_m == pytest.approx(np.abs(moved).max(), rel=1e-3)
+
+
+def test_a_response_is_that_of_its_table(tmp_path: Path) -> None:
+    """Curves of each place are the rows of response.csv; bad requests are told in a line."""
+    driven = nnm.make_study(ROD).with_values(
+        {
+            "damping": {"ratio": 0.01},
+            "excitation": {"force": [100.0], "at": [0.5]},
+            "response": {
+                "frequencies": {"from": 1290, "to": 1320, "step": 15},
+                "levels": [1.0, 2.0],
+                "backbone": False,
+            },
+        }
+    )
+    response = driven.response(tmp_path / "response")
+    table = read_table(tmp_path / "response" / "response.csv", ["monitor"])
+    for place in response.places:
+        for curve in response.curves(place=place):
+            own = (table["monitor"] == place) & (table["level"] == curve.level)
+            assert len(curve) == own.sum() == 3
+            np.testing.assert_allclose(curve.frequency_Hz, table["frequency_Hz"][own], rtol=1e-11)
+            np.testing.assert_allclose(curve.amplitude_m, table["amplitude_m"][own], rtol=1e-11)
+            np.testing.assert_allclose(curve.phase_deg, table["phase_deg"][own], rtol=1e-11)
+            np.testing.assert_allclose(curve.highest_m, table["max_m"][own], rtol=1e-11)
+    assert len(response.resonances["level"]) == 0 and np.isnan(table["speed_rad_s"]).all()
+    for wrong in ({"level": 3.0}, {"place": "nowhere"}):
+        with pytest.raises(ValueError, match="must be one of"):
+            response.curves(**wrong)
+    with pytest.raises(nnm.OutputError, match="must be those of a run"):
+        nnm.load_branch(tmp_path / "response")
+
+
+@pytest.mark.parametrize("text", [None, "", "folder,status\n1\n", "\x00"])
+def test_tables_that_are_none_are_refused(tmp_path: Path, text: str | None) -> None:
+    if text is not None:
+        (tmp_path / "sweep.csv").write_text(text)
+    with pytest.raises(nnm.OutputError, match=r"sweep\.csv: cannot be read"):
+        nnm.load_sweep(tmp_path)
 
 
 def test_grid_has_the_displacement_and_the_stress(branch: nnm.Branch) -> None:

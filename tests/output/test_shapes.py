@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import BEAM, toml
+from conftest import BEAM, changed, toml
 
 from fenics_nnm.cli import main
 from fenics_nnm.output.pictures.animation import _size
 from fenics_nnm.output.pictures.body import view_of
 from fenics_nnm.output.pictures.linear_shapes import plan_linear
-from fenics_nnm.output.pictures.obstacle import obstacle_layers
+from fenics_nnm.output.pictures.obstacle import obstacle_layers, obstacle_sheets
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.scene import Faces
 from fenics_nnm.results.stored_branch import StoredBranch
@@ -51,6 +52,38 @@ def test_the_obstacle_is_where_the_gap_ends(beam: Results, factor: float) -> Non
     assert np.ptp(sheet.nodes[:, 2]) > 0.1  # wide enough to be seen
 
 
+def in_casing(results: Results, casing: dict, gap: np.ndarray) -> Results:
+    """The same results with a casing in the study, and other gaps."""
+    study = changed(BEAM, {"contact": {"gap": None, "casing": casing}})
+    header = replace(results.header, study=toml(study), model=replace(results.model, gap=gap))
+    return replace(results, header=header)
+
+
+def test_a_casing_is_drawn_where_it_is_beyond_its_patch(beam: Results) -> None:
+    """A plane above the beam: at true size it is at its place; its gap grows with the factor."""
+    body = body_of(beam)
+    height = 1.01 * float(body.nodes[:, 2].max())
+    gap = height - body.contact_points[:, 2]
+    plane = {"shape": "plane", "origin": [0.0, 0.0, height], "normal": [0.0, 0.0, 1.0]}
+    results = in_casing(beam, plane, gap)
+    (sheet,) = obstacle_sheets(results, body)
+    np.testing.assert_allclose(sheet.at(1.0)[:, 2], height, atol=1e-12)
+    raised = sheet.at(20.0)[:, 2] - height
+    assert raised.min() > 19 * gap.min() - 1e-12 and raised.max() < 19 * gap.max() + 1e-12
+    end = np.ptp(body.contact_points, axis=0)
+    assert (np.ptp(sheet.at(1.0), axis=0)[:2] > end[:2]).all()
+    (layer,) = obstacle_layers(results, body, 1.0)
+    assert isinstance(layer, Faces) and layer.corners.shape[1] == 4
+
+
+def test_of_a_casing_whose_table_is_gone_the_patch_is_drawn(beam: Results) -> None:
+    body = body_of(beam)
+    table = {"shape": "table", "axis": "x", "file": "gone.csv", "origin": [0.0, 0.0, 1.0]}
+    (sheet,) = obstacle_sheets(in_casing(beam, table, beam.model.gap), body)
+    (patch,) = obstacle_sheets(beam, body)
+    np.testing.assert_array_equal(sheet.at(2.0), patch.at(2.0))
+
+
 def test_frames_of_slender_bodies_have_no_empty_side() -> None:
     for slenderness in (0.4, 1.0, 2.0, 5.0):
         height, width = _size(slenderness)
@@ -69,6 +102,10 @@ def test_linear_modes_are_drawn_with_their_frequencies(beam: Results) -> None:
         assert faces.values is not None
         assert faces.values.max() == pytest.approx(1.0, abs=1e-3) and faces.values.min() >= 0.0
     plot = plan.finish([np.zeros((60, 80, 3), dtype=np.uint8)] * len(hertz))
+    panels = [axes for axes in plot.figure.axes if axes.images]
+    for axes in panels:  # as high as their places: no blank bands
+        slot, used = axes.get_position(original=True), axes.get_position()
+        assert slot.height - used.height < 0.02
     titles = [axes.get_title() for axes in plot.figure.axes]
     assert titles[: len(hertz)] == [f"mode {n + 1}\n{f:.5g} Hz" for n, f in enumerate(hertz)]
 

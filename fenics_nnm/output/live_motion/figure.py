@@ -19,15 +19,18 @@ from fenics_nnm.output.html_report.page import Script
 from fenics_nnm.output.live_motion.library import Library, installed_library
 from fenics_nnm.output.live_motion.motion import LiveMotion, live_motion, written
 from fenics_nnm.output.live_motion.scene import Part, scene_file
-from fenics_nnm.output.pictures.body import size_of, view_of
+from fenics_nnm.output.pictures.body import view_of
 from fenics_nnm.output.pictures.casing_sheet import CASING
 from fenics_nnm.output.pictures.obstacle import OPACITY, Sheet
 from fenics_nnm.output.pictures.results import Results
-from fenics_nnm.output.pictures.scene import Camera, View
+from fenics_nnm.output.pictures.scene import Camera, View, size_of
 from fenics_nnm.output.pictures.style import OUTLINE, RED, SIZE, unit_for
 
 #: Time in ms that a period takes at first.
 _PERIOD = 3000
+
+#: So many contact points have room for large dots.
+_FEW = 30
 
 #: The look of the surface: brightness shows its slope.
 _LIT = {"ambient": 0.65, "diffuse": 0.45, "specular": 0.0}
@@ -190,11 +193,11 @@ def _parts(motion: LiveMotion) -> list[Part]:
     """The surface, its outline at rest, contact points and the obstacle."""
     surface = motion.places[: motion.surface_nodes]
     points = motion.places[motion.surface_nodes :]
-    dots = np.arange(len(points))[:, None]
+    dots, size = np.arange(len(points))[:, None], 7 if len(points) <= _FEW else 4
     return [
         Part(surface, motion.faces, "polys", _LIT, coloured=True),
         Part(surface, motion.edges, "lines", {**_in(OUTLINE), "lineWidth": 1}),
-        Part(points, dots, "verts", {"pointSize": 7, "lighting": False}, coloured=True),
+        Part(points, dots, "verts", {"pointSize": size, "lighting": False}, coloured=True),
         *(_obstacle(each, motion.factor) for each in motion.sheets),
     ]
 

@@ -13,9 +13,10 @@ from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.live_motion.coarser import coarser
 from fenics_nnm.output.live_motion.waves import Waves, waves_of
-from fenics_nnm.output.pictures.body import factor_for, size_of
+from fenics_nnm.output.pictures.body import factor_for
 from fenics_nnm.output.pictures.obstacle import Sheet, obstacle_sheets
 from fenics_nnm.output.pictures.results import Results
+from fenics_nnm.output.pictures.scene import size_of
 from fenics_nnm.output.pictures.skin import skin_of
 from fenics_nnm.output.surface import feature_edges
 from fenics_nnm.results.stored_branch import StoredBranch

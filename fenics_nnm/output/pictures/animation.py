@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.output.pictures.body import contact_balls, factor_for, size_of
+from fenics_nnm.output.pictures.body import contact_balls, factor_for
 from fenics_nnm.output.pictures.obstacle import WORDS, obstacle_layers
 from fenics_nnm.output.pictures.panels import (
     Animation,
@@ -22,7 +22,7 @@ from fenics_nnm.output.pictures.panels import (
 )
 from fenics_nnm.output.pictures.renderer import Image
 from fenics_nnm.output.pictures.results import Results
-from fenics_nnm.output.pictures.scene import Camera, Faces, Layer, Lines, Scene, View
+from fenics_nnm.output.pictures.scene import Camera, Faces, Layer, Lines, Scene, View, size_of
 from fenics_nnm.output.pictures.skin import Skin, skin_of
 from fenics_nnm.output.pictures.style import OUTLINE, RED, SIZE, label_bar, new_figure, unit_for
 from fenics_nnm.results.stored_branch import StoredBranch

@@ -14,15 +14,26 @@ from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.pictures.obstacle import WORDS, obstacle_layers
 from fenics_nnm.output.pictures.panels import (
     Plan,
+    grid_of,
     height_over_width,
     legend_of,
     round_below,
     scale_words,
     show,
+    without_bands,
 )
 from fenics_nnm.output.pictures.renderer import Image
 from fenics_nnm.output.pictures.results import Results
-from fenics_nnm.output.pictures.scene import Balls, Camera, Faces, Layer, Lines, Scene, View
+from fenics_nnm.output.pictures.scene import (
+    Balls,
+    Camera,
+    Faces,
+    Layer,
+    Lines,
+    Scene,
+    View,
+    size_of,
+)
 from fenics_nnm.output.pictures.skin import Skin, best_view, held, skin_of
 from fenics_nnm.output.pictures.style import (
     BLUE,
@@ -90,11 +101,6 @@ class Row:
     label: str
     factor: float
     shapes: Sequence[Shape]
-
-
-def size_of(places: Array) -> float:
-    """Diagonal of the box around places of shape (p, 3), in m."""
-    return float(np.linalg.norm(np.ptp(places, axis=0)))
 
 
 def factor_for(skin: Skin, displacements: Sequence[Array]) -> float:
@@ -219,16 +225,17 @@ def plan_shapes(
         width = max(WIDTH, 2.0 * columns + 0.8)
         height = (_height(camera, columns, width) + 0.45) * len(rows)
         figure = new_figure(height, width)
-        grid = figure.subplots(len(rows), columns, squeeze=False)
+        grid, fill = grid_of(figure, camera, len(rows), columns)
         for row, panels, drawn in zip(rows, grid, _split(images, columns), strict=True):
             for axes, shape, image in zip(panels, row.shapes, drawn, strict=True):
-                show(axes, image, camera, scaled=axes is grid[0, 0])
+                fill(axes, image)
                 axes.set_title(shape.name, fontsize=8 * width / WIDTH)
             norm = Normalize(*_limits(row, unit))
             bar = figure.colorbar(ScalarMappable(norm, SIZE), ax=list(panels), shrink=0.85)
             label_bar(bar, f"{row.label}  ({unit.name})")
             bar.ax.yaxis.label.set_fontsize(9 * width / WIDTH)
             bar.ax.tick_params(labelsize=8 * width / WIDTH)
+        without_bands(figure)
         return Plot(name, title, caption + _factors(rows, unit), "body", figure)
 
     return Plan(scenes, finish)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, in_space
+from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.casing import Cone, Plane, RadialSurface, Reversed, RoundSurface, Surface
 from fenics_nnm.output.pictures.scene import Faces, Layer, Lines
 
@@ -39,7 +39,31 @@ def casing_layers(surface: Surface, points: Array, size: float, dim: int) -> lis
     Raises:
         GeometryError: if the casing is not met about the points.
     """
-    return _layers(_sheet(surface, in_space(points), _LEAST * size, dim))
+    return _layers(sheet_grid(surface, points, size, dim))
+
+
+def sheet_grid(surface: Surface, points: Array, size: float, dim: int) -> Array:
+    """Places (a, b, 3) of a sheet of a casing about points, as of `casing_layers`.
+
+    In the plane of a body it is one row of them.
+
+    Raises:
+        GeometryError: if the casing is not met about the points.
+    """
+    return _sheet(surface, in_space(points), _LEAST * size, dim)
+
+
+def cells_of(grid: Array) -> Indices:
+    """Numbers of the places of each quadrangle of a grid, or of each line of one row, (f, 2 or 4).
+
+    Args:
+        grid: Places, shape (a, b, 3).
+    """
+    number = np.arange(grid.shape[0] * grid.shape[1]).reshape(grid.shape[:2])
+    if len(grid) == 1:
+        return np.stack([number[0, :-1], number[0, 1:]], axis=1)
+    corners = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
+    return np.stack([corner.ravel() for corner in corners], axis=1)
 
 
 def _sheet(surface: Surface, points: Array, least: float, dim: int) -> Array:
@@ -58,10 +82,7 @@ def _layers(grid: Array) -> list[Layer]:
     edge = Lines(np.stack([around[:-1], around[1:]], axis=1), CASING, 1.5 if len(grid) > 1 else 3.0)
     if len(grid) == 1:
         return [edge]
-    number = np.arange(grid.shape[0] * grid.shape[1]).reshape(grid.shape[:2])
-    corners = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
-    faces = np.stack([corner.ravel() for corner in corners], axis=1)
-    return [Faces(grid.reshape(-1, 3), faces, CASING, opacity=_OPACITY), edge]
+    return [Faces(grid.reshape(-1, 3), cells_of(grid), CASING, opacity=_OPACITY), edge]
 
 
 def _widened(values: Array, least: float) -> tuple[float, float]:

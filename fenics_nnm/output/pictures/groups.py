@@ -14,11 +14,21 @@ from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.mesh_groups import MeshGroups, gathered_groups
 from fenics_nnm.fem.parallel import on_root
-from fenics_nnm.output.pictures.body import BODY, contact_balls, size_of
+from fenics_nnm.output.pictures.body import BODY, contact_balls
 from fenics_nnm.output.pictures.casing_sheet import CASING_TINT, casing_layers
 from fenics_nnm.output.pictures.panels import height_over_width, legend_of, show
 from fenics_nnm.output.pictures.renderer import Image, RenderError, render
-from fenics_nnm.output.pictures.scene import Arrows, Balls, Camera, Faces, Layer, Lines, Scene, View
+from fenics_nnm.output.pictures.scene import (
+    Arrows,
+    Balls,
+    Camera,
+    Faces,
+    Layer,
+    Lines,
+    Scene,
+    View,
+    size_of,
+)
 from fenics_nnm.output.pictures.sight import Sight
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
 from fenics_nnm.output.pictures.style import BLACK, OUTLINE, colours_of_parts, new_figure, unit_for

@@ -9,11 +9,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.output.pictures.body import ENLARGED, size_of
-from fenics_nnm.output.pictures.panels import Plan, height_over_width, show
+from fenics_nnm.output.pictures.body import ENLARGED
+from fenics_nnm.output.pictures.panels import Plan, grid_of, height_over_width, without_bands
 from fenics_nnm.output.pictures.renderer import Image
 from fenics_nnm.output.pictures.results import Results
-from fenics_nnm.output.pictures.scene import Camera, Faces, Lines, Scene, View
+from fenics_nnm.output.pictures.scene import Camera, Faces, Lines, Scene, View, size_of
 from fenics_nnm.output.pictures.skin import skin_of
 from fenics_nnm.output.pictures.style import OUTLINE, SIZE, WIDTH, Plot, label_bar, new_figure
 from fenics_nnm.results.stored_branch import StoredBranch
@@ -54,18 +54,21 @@ def plan_linear(results: Results, body: StoredBranch, view: View) -> list[Plan]:
     ]
 
     def finish(images: Sequence[Image]) -> Plot:
-        columns = min(_COLUMNS, count)
-        rows = -(-count // columns)
+        rows = -(-count // _COLUMNS)
+        columns = -(-count // rows)
         height = float(np.clip(height_over_width(camera) * WIDTH / columns, 0.7, 4.0)) + 0.4
         figure = new_figure(height * rows, WIDTH)
-        grid = figure.subplots(rows, columns, squeeze=False)
-        for axes in grid.flat:
+        grid, fill = grid_of(figure, camera, rows, columns)
+        panels = [axes for row in grid for axes in row]
+        for axes in panels:
             axes.axis("off")
-        for mode, (axes, image) in enumerate(zip(grid.flat, images, strict=False)):
-            show(axes, image, camera, scaled=mode == 0)
+        for mode, (axes, image) in enumerate(zip(panels, images, strict=False)):
+            fill(axes, image)
             axes.set_title(f"mode {mode + 1}\n{hertz[mode]:.5g} Hz", fontsize=8)
-        bar = figure.colorbar(ScalarMappable(Normalize(0, 1), SIZE), ax=list(grid.flat), shrink=0.8)
+        scale = ScalarMappable(Normalize(0, 1), SIZE)
+        bar = figure.colorbar(scale, ax=panels, shrink=0.8, aspect=20 * rows)
         label_bar(bar, "displacement over its largest  (1)")
+        without_bands(figure)
         caption = (
             f"Shapes of the {count} lowest linear modes with their frequencies in Hz, without "
             "contact, each drawn with the same largest displacement. Lines: at rest."

@@ -20,6 +20,9 @@ from fenics_nnm.output.pictures.style import Plot, Unit, unit_for
 #: Room below a picture for its scale and its axes, as a part of its longer side.
 _FOOT = 0.15
 
+#: Most rounds in which a figure is made lower, and the part of its height that may be blank.
+_ROUNDS, _BLANK = 4, 0.01
+
 #: The scale is about this part of the width.
 _SCALE = 0.25
 
@@ -71,22 +74,72 @@ class Plan:
     finish: Callable[[Sequence[Image]], Plot | Animation]
 
 
-def show(axes: Axes, image: Image, camera: Camera, *, scaled: bool = True) -> None:
-    """A picture, with a scale that is true to its lengths and the axes of the body below it."""
+def show(
+    axes: Axes, image: Image, camera: Camera, *, scaled: bool = True, foot: bool = True
+) -> None:
+    """A picture, with a scale that is true to its lengths and the axes of the body below it.
+
+    Args:
+        axes: Where to draw.
+        image: The picture.
+        camera: What part of space it shows.
+        scaled: Whether to draw scale and axes.
+        foot: Whether there is room for them.
+    """
     left, right, bottom, top = camera.extent
-    foot = _FOOT * max(right - left, top - bottom)
+    below = _FOOT * max(right - left, top - bottom) if foot else 0.0
     axes.imshow(image, extent=camera.extent, interpolation="antialiased")
-    axes.set_ylim(bottom - foot, top)
+    axes.set_ylim(bottom - below, top)
     axes.axis("off")
     if scaled:
-        _draw_scale(axes, camera, bottom - 0.4 * foot)
-        _draw_axes(axes, camera, bottom - 0.7 * foot)
+        _draw_scale(axes, camera, bottom - 0.4 * below)
+        _draw_axes(axes, camera, bottom - 0.7 * below)
 
 
-def height_over_width(camera: Camera) -> float:
-    """Of a panel, with its foot."""
+def height_over_width(camera: Camera, *, foot: bool = True) -> float:
+    """Of a panel, with or without its foot."""
     width, height = camera.high - camera.low
-    return float((height + _FOOT * max(width, height)) / width)
+    return float((height + (_FOOT * max(width, height) if foot else 0.0)) / width)
+
+
+def grid_of(
+    figure: Figure, camera: Camera, rows: int, columns: int
+) -> tuple[Sequence[Sequence[Axes]], Callable[..., None]]:
+    """Panels of one camera, of which those of the last row have a foot, and how to fill them.
+
+    Returns:
+        The panels, row by row, and `show` with the panel and the image: the first panel of the
+        last row has the scale.
+    """
+    ratios = [height_over_width(camera, foot=row == rows - 1) for row in range(rows)]
+    grid = figure.subplots(rows, columns, squeeze=False, height_ratios=ratios)
+
+    def fill(axes: Axes, image: Image) -> None:
+        last = axes in grid[-1]
+        show(axes, image, camera, scaled=axes is grid[-1, 0], foot=last)
+
+    return grid, fill
+
+
+def without_bands(figure: Figure) -> None:
+    """Make a figure as low as its panels let it be.
+
+    Panels keep the ratio of their sides. Where they are as wide as there is room, what is left of
+    the height is blank.
+    """
+    for _ in range(_ROUNDS):
+        figure.draw_without_rendering()
+        panels = [axes for axes in figure.axes if axes.images]
+        rows: dict[int, float] = {}
+        for axes in panels:
+            row = axes.get_subplotspec().rowspan.start  # type: ignore[union-attr]
+            slot, used = axes.get_position(original=True), axes.get_position()
+            rows[row] = min(rows.get(row, np.inf), slot.height - used.height)
+        width, height = figure.get_size_inches()
+        blank = sum(rows.values())
+        if blank < _BLANK:
+            return
+        figure.set_size_inches(width, height * (1 - blank))
 
 
 def round_below(value: float) -> float:

@@ -28,6 +28,11 @@ _EDGEWISE = 0.02
 _NOWHERE: Array = np.empty((0, 3))
 
 
+def size_of(places: Array) -> float:
+    """Diagonal of the box around places of shape (p, 3), in m."""
+    return float(np.linalg.norm(np.ptp(places, axis=0)))
+
+
 @dataclass(frozen=True, slots=True)
 class View:
     """Where a body is looked at from.

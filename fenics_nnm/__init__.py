@@ -25,7 +25,7 @@ _FACE = {
     "Branch": "face.branch",
     "Point": "face.point",
     "Response": "face.response",
-    "ResponseCurve": "face.response",
+    "ResponseCurve": "face.response_curve",
     "Campbell": "face.diagrams",
     "Sweep": "face.diagrams",
     "ContactHistory": "face.histories",

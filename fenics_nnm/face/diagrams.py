@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fenics_nnm.face.tables import Table, read_table
 from fenics_nnm.face.words import in_words_of_study
 
@@ -35,7 +37,7 @@ class Campbell:
     crossings: Table
 
     def __repr__(self) -> str:
-        speeds = len(set(self.table["speed_rad_s"].tolist()))
+        speeds = len(np.unique(self.table["speed_rad_s"]))
         return f"Campbell({speeds} speeds, {len(self.crossings['mode'])} crossings)"
 
     def plot(self, axes: Axes | None = None) -> Axes:

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_nnm.face.histories import ContactHistory, MotionHistory
-from fenics_nnm.face.response import ResponseCurve
+from fenics_nnm.face.response_curve import ResponseCurve
 from fenics_nnm.face.tables import Table
 from fenics_nnm.output.pictures.amplitude import place_of
 from fenics_nnm.output.pictures.backbone import abscissas, draw_frequency

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,56 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.face.response_curve import ResponseCurve, curve_of
 from fenics_nnm.face.tables import Table
 from fenics_nnm.face.temporary import Folder
 from fenics_nnm.face.words import in_words_of_study
 from fenics_nnm.output.pictures.response import curves_of
 from fenics_nnm.output.response_gallery import stored_response
 from fenics_nnm.response.phase_resonance import Resonance
-from fenics_nnm.response.point import ResponsePoint
 from fenics_nnm.results.response_file import StoredResponse
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class ResponseCurve:
-    """Motions of one place along a curve, in its order; nan where no motion was found.
-
-    Attributes:
-        level: Factor of the forces.
-        branch: Number of the curve at this level, from 1.
-        place: Name of the place that is watched.
-        frequency_Hz: Frequency of each point in Hz, shape (p,).
-        speed_rad_per_s: Speed of rotation in rad/s; nan where it is not tied to the frequency.
-        amplitude_m: Amplitude of the first harmonic in m, 0-peak.
-        phase_deg: Its lag in degrees, behind cos(omega t).
-        highest_m: Largest displacement over the period in m.
-        lowest_m: Smallest displacement over the period in m.
-        contact_fraction: Part of the period with contact.
-        stable: Whether the motion is stable, or nothing says that it is not.
-        status: Status of each point: "exact", "verified", "converged", "touches" or "failed".
-    """
-
-    level: float
-    branch: int
-    place: str
-    frequency_Hz: Array
-    speed_rad_per_s: Array
-    amplitude_m: Array
-    phase_deg: Array
-    highest_m: Array
-    lowest_m: Array
-    contact_fraction: Array
-    stable: Array
-    status: Array
-
-    def __len__(self) -> int:
-        return len(self.frequency_Hz)
-
-    def __repr__(self) -> str:
-        return f"ResponseCurve({len(self)} points of {self.place} at level {self.level:g})"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -103,7 +64,7 @@ class Response:
             raise ValueError(f"level = {level!r}: must be one of {', '.join(map(repr, levels))}")
         points = self._stored.found.points
         return tuple(
-            _curve(own, self.places[number], number)
+            curve_of(own, self.places[number], number)
             for each in (levels if level is None else [level])
             for own in curves_of(points, each)
         )
@@ -166,29 +127,6 @@ _RESONANCE: dict[str, Callable[[Resonance], float]] = {
     "resonance_force_N": lambda each: each.force,
     "damping_ratio": lambda each: each.damping_ratio,
 }
-
-
-def _curve(points: list[ResponsePoint], name: str, place: int) -> ResponseCurve:
-    """A curve of the place of a number."""
-
-    def along(of: Iterator[float]) -> Array:
-        return np.array(list(of))
-
-    moved = [point.displacements for point in points]
-    return ResponseCurve(
-        level=points[0].level,
-        branch=points[0].branch,
-        place=name,
-        frequency_Hz=along(point.frequency for point in points),
-        speed_rad_per_s=along(point.speed for point in points),
-        amplitude_m=along(point.amplitude[place] for point in points),
-        phase_deg=along(point.phase[place] for point in points),
-        highest_m=along(each.highest[place] for each in moved),
-        lowest_m=along(each.lowest[place] for each in moved),
-        contact_fraction=along(each.contact[place] for each in moved),
-        stable=np.array([point.judgement.stability in ("", "stable") for point in points]),
-        status=np.array([str(point.status) for point in points]),
-    )
 
 
 @in_words_of_study

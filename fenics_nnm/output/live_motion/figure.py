@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import to_rgb
+from numpy.typing import NDArray
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.output.html_report.elements import Html, element, joined, text, void
@@ -124,7 +125,7 @@ def _scale(motion: LiveMotion) -> Html:
     """The scale of colours of displacements."""
     unit = unit_for(np.array([motion.largest]), "m")
     stops = ", ".join(
-        "rgb({} {} {})".format(*colour) for colour in _table()[:: _COLOURS // 8].tolist()
+        f"rgb({red} {green} {blue})" for red, green, blue in _table()[:: _COLOURS // 8]
     )
     return element(
         "div",
@@ -135,7 +136,7 @@ def _scale(motion: LiveMotion) -> Html:
     )
 
 
-def _table() -> Array:
+def _table() -> NDArray[np.uint8]:
     """Colours of the scale, shape (_COLOURS, 3)."""
     return np.round(255 * colormaps[SIZE](np.linspace(0, 1, _COLOURS))[:, :3]).astype(np.uint8)
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fenics_nnm.arrays import Array, Indices, in_space
+from fenics_nnm.arrays import Array, Indices, Mask, in_space
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.output.live_motion.coarser import coarser
 from fenics_nnm.output.live_motion.waves import Waves, waves_of
@@ -56,7 +57,7 @@ class LiveMotion:
     faces: Indices
     edges: Indices
     waves: Waves
-    pressed: Array
+    pressed: Mask
     sheets: Sequence[Sheet]
     factor: float
     coarser: bool
@@ -149,10 +150,10 @@ def _floats(array: Array) -> str:
     return _letters(array.astype("<f4"))
 
 
-def _letters(array: Array) -> str:
+def _letters(array: NDArray[Any]) -> str:
     return b64encode(np.ascontiguousarray(array).tobytes()).decode()
 
 
 def _short(coefficients: Array) -> list[list[float]]:
     """Coefficients of six digits."""
-    return [[float(f"{value:.6g}") for value in row] for row in coefficients.tolist()]
+    return [[float(f"{value:.6g}") for value in row] for row in coefficients]

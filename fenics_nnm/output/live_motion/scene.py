@@ -16,8 +16,12 @@ from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_nnm.arrays import Array, Indices
+
+Numbers = NDArray[Any]
+"""Numbers of any type."""
 
 _State = dict[str, Any]
 
@@ -43,7 +47,7 @@ class Part:
 
 def scene_file(parts: Sequence[Part]) -> bytes:
     """The file of a scene; actors are in the order of the parts."""
-    arrays: dict[str, Array] = {}
+    arrays: dict[str, Numbers] = {}
     actors = [_actor(f"part{number}", part, arrays) for number, part in enumerate(parts)]
     calls = [["addViewProp", [_instance(actor)]] for actor in actors]
     renderer = _object("renderer", "vtkRenderer", {"background": [1, 1, 1]}, actors, calls)
@@ -57,9 +61,9 @@ def scene_file(parts: Sequence[Part]) -> bytes:
     return written.getvalue()
 
 
-def _actor(name: str, part: Part, arrays: dict[str, Array]) -> _State:
+def _actor(name: str, part: Part, arrays: dict[str, Numbers]) -> _State:
     cells = np.hstack([np.full((len(part.cells), 1), part.cells.shape[1]), part.cells])
-    properties = {
+    properties: _State = {
         "points": _array(f"{name}-points", part.places.astype("<f4"), "vtkPoints", arrays),
         part.kind: _array(f"{name}-cells", cells.ravel().astype("<u4"), "vtkCellArray", arrays),
         "fields": [],
@@ -107,7 +111,7 @@ def _instance(state: _State) -> str:
 _TYPES = {"<f4": "Float32Array", "<u4": "Uint32Array", "|u1": "Uint8Array"}
 
 
-def _array(name: str, values: Array, kind: str, arrays: dict[str, Array]) -> _State:
+def _array(name: str, values: Numbers, kind: str, arrays: dict[str, Numbers]) -> _State:
     """An array, whose values are kept apart."""
     arrays[name] = values
     components = values.shape[1] if values.ndim == 2 else 1
@@ -121,5 +125,5 @@ def _array(name: str, values: Array, kind: str, arrays: dict[str, Array]) -> _St
     }
 
 
-def _encoded(array: Array) -> str:
+def _encoded(array: Numbers) -> str:
     return b64encode(np.ascontiguousarray(array).tobytes()).decode()

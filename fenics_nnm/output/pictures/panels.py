@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -104,7 +105,7 @@ def height_over_width(camera: Camera, *, foot: bool = True) -> float:
 
 def grid_of(
     figure: Figure, camera: Camera, rows: int, columns: int
-) -> tuple[Sequence[Sequence[Axes]], Callable[..., None]]:
+) -> tuple[Any, Callable[[Axes, Image], None]]:
     """Panels of one camera, of which those of the last row have a foot, and how to fill them.
 
     Returns:

@@ -8,14 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import BEAM, changed, toml
+from matplotlib.figure import Figure
 
 from fenics_nnm.cli import main
 from fenics_nnm.output.pictures.animation import _size
 from fenics_nnm.output.pictures.body import view_of
 from fenics_nnm.output.pictures.linear_shapes import plan_linear
 from fenics_nnm.output.pictures.obstacle import obstacle_layers, obstacle_sheets
+from fenics_nnm.output.pictures.panels import without_bands
 from fenics_nnm.output.pictures.results import Results, read_results
 from fenics_nnm.output.pictures.scene import Faces
+from fenics_nnm.output.pictures.style import new_figure
 from fenics_nnm.results.stored_branch import StoredBranch
 
 
@@ -92,6 +95,28 @@ def test_frames_of_slender_bodies_have_no_empty_side() -> None:
         assert 3.2 <= width <= 4.6 and height < 6
 
 
+def blank(figure: Figure) -> float:
+    """Largest part of the height of a figure that is left blank about a panel."""
+    figure.draw_without_rendering()
+    panels = [axes for axes in figure.axes if axes.images]
+    slots = [axes.get_position(original=True).height for axes in panels]
+    return max(slot - axes.get_position().height for slot, axes in zip(slots, panels, strict=True))
+
+
+@pytest.mark.parametrize("tall", [True, False])
+def test_rows_of_panels_have_no_blank_bands_between_them(tall: bool) -> None:
+    figure = new_figure(9.0)
+    image = np.zeros((60, 40) if tall else (10, 80))
+    for axes in figure.subplots(2, 2).flat:
+        axes.imshow(image)
+        axes.set_title("mode")
+    assert blank(figure) > 0.05
+    without_bands(figure)
+    width, height = figure.get_size_inches()
+    assert 0.42 * width <= height < 8.5
+    assert blank(figure) < 0.02 or (not tall and height == pytest.approx(0.42 * width))
+
+
 def test_linear_modes_are_drawn_with_their_frequencies(beam: Results) -> None:
     body = body_of(beam)
     (plan,) = plan_linear(beam, body, view_of(body, beam.shown[-1], beam.tip))
@@ -102,10 +127,6 @@ def test_linear_modes_are_drawn_with_their_frequencies(beam: Results) -> None:
         assert faces.values is not None
         assert faces.values.max() == pytest.approx(1.0, abs=1e-3) and faces.values.min() >= 0.0
     plot = plan.finish([np.zeros((60, 80, 3), dtype=np.uint8)] * len(hertz))
-    panels = [axes for axes in plot.figure.axes if axes.images]
-    for axes in panels:  # as high as their places: no blank bands
-        slot, used = axes.get_position(original=True), axes.get_position()
-        assert slot.height - used.height < 0.02
     titles = [axes.get_title() for axes in plot.figure.axes]
     assert titles[: len(hertz)] == [f"mode {n + 1}\n{f:.5g} Hz" for n, f in enumerate(hertz)]
 

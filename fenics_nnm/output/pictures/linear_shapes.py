@@ -67,11 +67,12 @@ def plan_linear(results: Results, body: StoredBranch, view: View) -> list[Plan]:
             axes.set_title(f"mode {mode + 1}\n{hertz[mode]:.5g} Hz", fontsize=8)
         scale = ScalarMappable(Normalize(0, 1), SIZE)
         bar = figure.colorbar(scale, ax=panels, shrink=0.8, aspect=20 * rows)
-        label_bar(bar, "displacement over its largest  (1)")
+        label_bar(bar, "displacement  (1)")
         without_bands(figure)
         caption = (
             f"Shapes of the {count} lowest linear modes with their frequencies in Hz, without "
-            "contact, each drawn with the same largest displacement. Lines: at rest."
+            "contact, each drawn with the same largest displacement. Colours: displacement over "
+            "its largest. Lines: at rest."
         )
         return Plot("linear_modes", "Linear modes", caption, "linear", figure)
 

@@ -21,8 +21,9 @@ from fenics_nnm.output.pictures.style import Plot, Unit, unit_for
 #: Room below a picture for its scale and its axes, as a part of its longer side.
 _FOOT = 0.15
 
-#: Most rounds in which a figure is made lower, and the part of its height that may be blank.
-_ROUNDS, _BLANK = 4, 0.01
+#: Most rounds in which a figure is made lower, and the part of its height that may be blank;
+#: least height over width, with which the words beside the scale of colours have room.
+_ROUNDS, _BLANK, _LEAST = 4, 0.01, 0.42
 
 #: The scale is about this part of the width.
 _SCALE = 0.25
@@ -137,10 +138,10 @@ def without_bands(figure: Figure) -> None:
             slot, used = axes.get_position(original=True), axes.get_position()
             rows[row] = min(rows.get(row, np.inf), slot.height - used.height)
         width, height = figure.get_size_inches()
-        blank = sum(rows.values())
-        if blank < _BLANK:
+        lower = max(height * (1 - sum(rows.values())), _LEAST * width)
+        if lower > (1 - _BLANK) * height:
             return
-        figure.set_size_inches(width, height * (1 - blank))
+        figure.set_size_inches(width, lower)
 
 
 def round_below(value: float) -> float:

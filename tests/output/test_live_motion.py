@@ -23,6 +23,7 @@ from fenics_nnm.output.live_motion.library import Library
 from fenics_nnm.output.live_motion.motion import INSTANTS, live_motion, written
 from fenics_nnm.output.live_motion.scene import Part, scene_file
 from fenics_nnm.output.live_motion.waves import waves_of
+from fenics_nnm.output.pictures.obstacle import obstacle_sheets
 from fenics_nnm.output.pictures.results import Results, read_results
 
 #: A finished run of a rod whose right end can touch.
@@ -110,6 +111,14 @@ def test_the_page_has_the_motion_of_the_point(rod: Results) -> None:
     pressed = np.frombuffer(base64.b64decode(told["pressed"]), np.uint8).reshape(INSTANTS, 1) >> 7
     assert pressed.mean() == pytest.approx(point.motion.contact_fraction, abs=2 / INSTANTS)
     assert pressed[INSTANTS // 2, 0]  # the middle of contact
+
+
+def test_the_obstacle_of_a_rod_is_a_line_across_its_end(rod: Results) -> None:
+    assert rod.body is not None
+    (sheet,) = obstacle_sheets(rod, rod.body)
+    assert sheet.corners.tolist() == [[0, 1]]
+    np.testing.assert_allclose(sheet.at(20.0)[:, 0], 1.0 + 20.0 * rod.model.gap[0])
+    assert np.ptp(sheet.at(1.0)[:, 1]) > 0.06  # beyond the strip that the rod is drawn as
 
 
 def test_large_surfaces_are_drawn_coarser_and_say_so(

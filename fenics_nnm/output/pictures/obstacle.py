@@ -139,8 +139,18 @@ def _of_patch(results: Results, body: StoredBranch, patch: int, facets: Indices)
     own = np.flatnonzero(body.contact_patches == patch)
     nearest = own[KDTree(body.contact_points[own]).query(body.nodes[nodes])[1]]
     gaps = in_space(body.contact_directions)[nearest] * results.model.gap[nearest][:, None]
+    if corners == 1:
+        return _across(body.nodes[nodes], gaps, size_of(body.nodes))
     places = body.nodes[nodes] if corners == 2 else _widened(body.nodes[nodes], body.nodes)
     return Sheet(places, gaps, rows.reshape(-1, corners))
+
+
+def _across(places: Array, gaps: Array, size: float) -> Sheet:
+    """Lines across the ends of a rod, which is drawn as a strip."""
+    half = _WIDTH * size * np.array([0.0, 1.0, 0.0])
+    count = len(places)
+    both = np.stack([np.arange(count), np.arange(count) + count], axis=1)
+    return Sheet(np.vstack([places - half, places + half]), np.vstack([gaps, gaps]), both)
 
 
 def _corners(facets: Indices, dim: int) -> int:

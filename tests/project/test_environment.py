@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 
 import fenics_nnm
+from fenics_nnm.output.live_motion.library import installed_library
 
 ROOT = Path(__file__).parents[2]
 LISTS = ("environment/debian-packages.txt", "environment/pip-packages.txt")
@@ -80,7 +81,7 @@ def requirements() -> dict[str, str]:
     """Constraint of each requirement of the package."""
     project = tomllib.loads(text("pyproject.toml"))["project"]["dependencies"]
     return {
-        re.split("[><=]", line)[0]: line.lstrip("abcdefghijklmnopqrstuvwxyz") for line in project
+        re.split("[><=]", line)[0]: line.lstrip("-abcdefghijklmnopqrstuvwxyz") for line in project
     }
 
 
@@ -214,12 +215,22 @@ def test_recipe_of_conda_has_what_the_package_needs() -> None:
     run = recipe.partition("\n  run:\n")[2].partition("\ntest:")[0]
     names = {name.split()[0].removesuffix("-base") for name in re.findall(r"- (.+)", run)}
     tools = {CONDA[name] for name in listed_after("# Tests, checks")}
-    needed = set(conda()) - tools - {"pip", "setuptools"} | {"pyvista", "vtk"}
+    needed = set(conda()) - tools - {"pip", "setuptools"} | {"pyvista", "trame-vtk", "vtk"}
     assert names == needed
     version = re.search(r'version: "(.+)"', recipe)
     assert version and version[1] == fenics_nnm.__version__
     for name in ("python", "fenics-dolfinx", "pydantic"):
         assert f"- {name} {conda()[name]}\n" in run
+
+
+def test_reports_have_vtk_js_in_this_environment() -> None:
+    """That of the lists, and of no other version."""
+    library = installed_library()
+    (line,) = re.findall(r"^trame-vtk==(.+)$", text(LISTS[1]), flags=re.MULTILINE)
+    assert library is not None and f"trame-vtk {line}," in library.notice
+    assert "Redistribution" in library.notice
+    assert "https://kitware.github.io/vtk-js/icon" not in library.script
+    assert "WebGL2RenderingContext" in library.script or "webgl2" in library.script
 
 
 def listed_after(heading: str) -> list[str]:

@@ -50,7 +50,7 @@ class DeflectionKeeper:
         key = key_of_all(comm, "deflection", name, *self._body, shape, values)
         found = kept_by_all(comm, self._cache, key)
         if found is not None:
-            logger.info("%s is taken from %s", name, self._cache.folder)
+            logger.info("%s are taken from %s", name, self._cache.folder)
             return np.asarray(found["value"])
         value = function(columns)
         self._cache.write(key, {"value": value})

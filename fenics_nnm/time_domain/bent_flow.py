@@ -262,5 +262,5 @@ class _Walk:
         """Pushes at the nodes of the next step to begin with."""
         if before is not None:
             return before.continued(passed, length)
-        first = start.stage.smooth.remainder(start.seen(np.zeros(1)))
+        first = start.stage.smooth.remainder(start.seen(np.zeros(1)).T).T
         return np.repeat(first, self._flow.nodes, axis=0)

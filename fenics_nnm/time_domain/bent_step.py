@@ -153,7 +153,7 @@ class BentStep:
         pushes, before = guess, np.inf
         for _ in range(_ITERATIONS):
             seen = free + (rule.by_pushes @ pushes.ravel()).reshape(free.shape)
-            found = smooth.remainder(seen)
+            found = smooth.remainder(seen.T).T
             change = rule.step * float(np.abs((found - pushes) @ directions.T).max(initial=0.0))
             pushes = found
             following = change * (change / before if before < np.inf else 1.0)
@@ -197,7 +197,7 @@ class BentStep:
         z, columns = damped.inverse @ damped.scaled(transition), transition.shape[1]
         grown = np.exp(np.multiply.outer(rule.step * rule.nodes.at, stage.exponents))
         free = ((grown[:, None, :] * stage.sees) @ z).real
-        slopes, size = stage.smooth.remainder.slopes(self.seen), self.pushes.size
+        slopes, size = stage.smooth.remainder.slopes(self.seen.T), self.pushes.size
         nodes, seen = self.seen.shape
         matrix = np.eye(size) - (slopes @ rule.by_pushes.reshape(nodes, seen, size)).reshape(
             size, size
@@ -216,7 +216,7 @@ class BentStep:
             following: Its length.
         """
         nodes = self.rule.nodes
-        return nodes.beyond((step + following * nodes.at) / self.rule.step, self.pushes)
+        return nodes.beyond((step + following * nodes.at) / self.rule.step, self.pushes.T).T
 
     def speed_integral(self, time: float) -> float:
         """Integral of |q'|^2 from the start to a time, in J s."""
@@ -247,7 +247,9 @@ class BentStep:
     def _margins(self, times: Array, by_time: Complex) -> tuple[Array, Array, Array]:
         """Margins and their rates, each (t, n_c), and sizes of what they are differences of."""
         smooth, drive = self.start.stage.smooth, self.start.drive
-        margins, rates, size = smooth.course.at(*self._moved(times, by_time))
+        motion = np.concatenate([each.T for each in self._moved(times, by_time)], axis=1)
+        margins, rates, size = smooth.course.along(motion)
+        margins, rates = margins.T, rates.T
         if drive.gap.moves:
             moved = drive.gap_turned(self.start.phase, len(size)).T
             waves = np.exp(1j * np.multiply.outer(times, drive.gap_rates))

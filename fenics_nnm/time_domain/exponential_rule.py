@@ -76,6 +76,11 @@ class GaussNodes:
             first_few=_powers(min(_FIRST_FEW, count)) @ to_legendre[:_FIRST_FEW],
         )
 
+    @property
+    def weight(self) -> Array:
+        """Weights of Gauss' rule, shape (s,)."""
+        return self.to_legendre[0]
+
     def basis(self, at: Array) -> Array:
         """Polynomials that are 1 at one of the points, at places of shape (..), shape (.., s).
 

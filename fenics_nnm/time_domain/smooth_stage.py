@@ -29,6 +29,7 @@ class SmoothStage:
         mechanics: What a motion obeys.
         linear: The stage with linear kinematics.
         give: Contact forces by p - gap, zero rows for open points, shape (n_c, n_c).
+        margin: Margins by p - gap, shape (n_c, n_c).
         remainder: N.
         course: Margins along the motion, from the coordinates of the stage.
     """
@@ -36,6 +37,7 @@ class SmoothStage:
     mechanics: Mechanics
     linear: LinearStage
     give: Array
+    margin: Array
     remainder: Remainder
     course: StageMargins
 
@@ -54,7 +56,7 @@ class SmoothStage:
         linear = LinearStage.of(model, active)
         remainder = Remainder.of(model, linear, give)
         course = StageMargins.of(model, linear, margin)
-        return cls(mechanics, linear, give, remainder, course)
+        return cls(mechanics, linear, give, margin, remainder, course)
 
     @property
     def active(self) -> Mask:
@@ -64,7 +66,7 @@ class SmoothStage:
     @property
     def nbytes(self) -> int:
         """Bytes of its arrays."""
-        own = self.give, self.remainder.position, self.remainder.directions
+        own = self.give, self.margin, self.remainder.position, self.remainder.directions
         return self.linear.nbytes + self.course.nbytes + bytes_of(*own)
 
     def excess(self, q: Array) -> Array:

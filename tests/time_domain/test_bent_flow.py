@@ -100,7 +100,7 @@ def test_without_second_order_terms_it_is_the_linear_flow() -> None:
 
 def test_work_put_in_is_energy_gained_and_lost() -> None:
     still = mechanics(gaps=STILL)
-    flow, times = BentFlow.of(still, OMEGA), np.linspace(0, SPAN, 2401)
+    flow, times = BentFlow.of(still, OMEGA), np.linspace(0, SPAN, 19201)
     found = flow.run(*START, SPAN, times=times)
     q, v, m = found.q_at, found.velocity_at, MASTERS
     wave = np.cos(OMEGA * times)[:, None], np.sin(OMEGA * times)[:, None]

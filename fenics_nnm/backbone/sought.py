@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fenics_nnm.backbone.cascade_solution import CascadeSolution
 from fenics_nnm.backbone.quantities import UNITS, Measures, Sought
@@ -96,6 +95,8 @@ class Seeker:
             if ratio in ends:
                 return float(np.log(self._value(sought, ratio) / sought.value))
             return float(np.log(self._measured(sought, ratio)[1] / sought.value))
+
+        from scipy.optimize import brentq  # takes 0.1 s, which `check` has no use for
 
         ratio = float(brentq(excess, *ends, xtol=_FOUND * ends[0], rtol=_FOUND))
         solved, value = self._measured(sought, ratio)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.cascade_solution import CascadeSolution
@@ -174,6 +173,8 @@ class _Search:
 
         def excess(ratio: float) -> float:
             return float(np.log(self._value(self._solved(ratio)) / target))
+
+        from scipy.optimize import brentq  # takes 0.1 s, which `check` has no use for
 
         ratio = float(brentq(excess, low, high, xtol=_MET * low, rtol=_MET))
         found = self._solved(ratio)

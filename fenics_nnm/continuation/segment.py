@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.continuation.arc_length import CurvePoint, FixedArc, Metric, Problem, curve_point
@@ -102,6 +101,8 @@ class Segment:
         Raises:
             NotOnSegmentError: if a motion on the way is not found.
         """
+        from scipy.optimize import brentq  # takes 0.1 s, which `check` has no use for
+
         width = max(tolerance / self.length, 4 * np.finfo(float).eps)
         return float(brentq(lambda fraction: function(self.at(fraction)), low, high, xtol=width))
 

@@ -59,6 +59,37 @@ def test_steps_over_a_position_that_was_missed_are_not_halved() -> None:
     assert len(solver.tried) - len(upwards) == 19 + 4
 
 
+def test_steps_that_had_to_be_halved_grow_again() -> None:
+    @dataclass
+    class Short(Hidden):
+        """Steps over 0.03 fail up to 1.09; beyond they may be of any length."""
+
+        def at(self, position: float, neighbour: CascadeSolution | None) -> CascadeSolution:
+            far = neighbour is not None and position - neighbour.position > 0.03
+            hidden = far and neighbour is not None and neighbour.position < 1.09
+            self.low, self.high = (0.0, 9.0) if hidden else (9.0, 9.0)
+            return Hidden.at(self, position, neighbour)
+
+    found = stepping(solver := Short(9.0, 9.0), [1.0, 1.4])
+    assert found.failures == {}
+    expected = [1.0, 1.4, 1.2, 1.1, 1.05, 1.025, 1.05, 1.1, 1.075, 1.1, 1.15, 1.25, 1.4]
+    assert solver.tried == pytest.approx(expected)
+
+
+def test_a_target_is_given_up_after_many_attempts() -> None:
+    @dataclass
+    class Crawling(Hidden):
+        """Steps lead ever less far."""
+
+        def at(self, position: float, neighbour: CascadeSolution | None) -> CascadeSolution:
+            far = neighbour is not None and position - neighbour.position > 0.009
+            self.low, self.high = (0.0, 9.0) if far else (9.0, 9.0)
+            return Hidden.at(self, position, neighbour)
+
+    found = stepping(Crawling(9.0, 9.0), [1.0, 2.0])
+    assert found.failures == {2.0: "given up after 16 attempts: hidden"}
+
+
 def test_halved_steps_reach_a_target_beside_a_gap() -> None:
     @dataclass
     class Reluctant(Hidden):

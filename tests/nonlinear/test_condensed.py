@@ -169,3 +169,19 @@ def test_a_line_search_that_crawls_leaps_as_one_that_stalls() -> None:
     assert residual(crawls=2) != crawling
     for held in ({"leaps": 0}, {"wildest_leap": 1e-3}, {"round_off": 10.0}):
         assert residual(crawls=2, **held) == crawling
+
+
+def test_patience_ends_an_iteration_that_is_not_near_a_motion() -> None:
+    equations = equations_of(CosineSeries(10, 64), 1)
+    guess = Unknowns.of(motion_of(equations, 1, 1.1), 1.1)
+    options = Newton(patience=12)
+    lost = newton.solve(equations, FixedFrequency(1.1), guess, options=options)
+    assert lost.iterations == 12 and "no convergence in 12 Newton steps" in lost.failure
+    found = newton.solve(equations, FixedEnergy(0.3), Unknowns.of(guess.q, 1.02))
+    near = newton.solve(equations, FixedEnergy(0.3), found.at.moved(found.at, 1e-4))
+    assert near.iterations > 1
+    patient = Newton(patience=1)
+    again = newton.solve(
+        equations, FixedEnergy(0.3), found.at.moved(found.at, 1e-4), options=patient
+    )
+    assert again.converged and again.iterations == near.iterations

@@ -137,9 +137,11 @@ class Cascade:
     def _led(self, position: float, neighbour: CascadeSolution | None) -> CascadeSolution | None:
         """A motion that a neighbour leads to, if the levels alone do not come to that one.
 
-        They will fail here, too, and levels without a motion there have none here.
+        They will fail here, too, and levels without a motion there have none here. A finest level
+        of full order needs the levels below it.
         """
-        if neighbour is None or not self._stuck.get(neighbour.position):
+        known = neighbour is not None and self._stuck.get(neighbour.position)
+        if neighbour is None or not known or len(self.reduced) < len(self.levels):
             return None
         if neighbour.solutions[0] is None or neighbour.gamma_ratio <= self.belonging.linear_until:
             return None

@@ -183,7 +183,7 @@ class Cascade:
         below: list[Solution | None] = [alone]
         for _ in self.levels[1:-1]:
             lacks = passing is not None and passing.solutions[len(below)] is None
-            if lacks or self._leads_straight(alone):
+            if lacks or _leads_straight(self.levels[0], alone):
                 below.append(None)
                 continue
             found = self._on_level(below, gamma_ratio, neighbour).solution
@@ -230,11 +230,6 @@ class Cascade:
             refused=attempt.refused,
         )
 
-    def _leads_straight(self, alone: Solution | None) -> bool:
-        """Whether the finest level can start at the coarsest: it bends smoothly without contact."""
-        bends = len(self.levels[0].equations.model.kinematics.masters) > 0
-        return bends and alone is not None and not alone.forces.force.any()
-
     def _through_frequency(self, alone: CascadeSolution) -> CascadeSolution:
         """The same levels with a finest motion found through motions of nearby frequencies."""
         found = self._near_in_frequency(alone.gamma_ratio, alone.solutions[0])
@@ -268,8 +263,12 @@ class Cascade:
 
     def _attempt(self, number: int, gamma_ratio: float, guess: Guess) -> Attempt:
         level = self.levels[number]
+        below_finest = number < len(self.levels) - 1
+        hopeless = below_finest and self._misses.get(number, 0) >= _HOPELESS
         try:
-            solution = level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, self._newton_on(number))
+            solution = level.at_energy(
+                gamma_ratio * GRAZING_GAMMA, guess, _newton_on(self.newton, hopeless=hopeless)
+            )
         except np.linalg.LinAlgError as error:
             return Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
         if solution.failure:
@@ -277,11 +276,6 @@ class Cascade:
         contact = self._contact_share(level, gamma_ratio, solution)
         reason = self.belonging.refusal(contact, level.share(solution.q, self.mode))
         return Attempt(failure=reason, refused=solution) if reason else Attempt(solution)
-
-    def _newton_on(self, number: int) -> Newton:
-        """Newton's configuration, with less patience where a level has found nothing for long."""
-        hopeless = self._misses.get(number, 0) >= _HOPELESS and number < len(self.levels) - 1
-        return replace(self.newton, patience=PATIENCE) if hopeless else self.newton
 
     def _contact_share(self, level: Level, gamma_ratio: float, solution: Solution) -> float:
         """Change of contact over that of the coarsest level; 1 where that has none."""
@@ -295,6 +289,17 @@ class Cascade:
         if not reference:
             return float(found.contact > 1e3 * self.newton.tolerance * found.stiffness)
         return found.contact / reference
+
+
+def _leads_straight(coarsest: Level, alone: Solution | None) -> bool:
+    """Whether the finest level can start at the coarsest: it bends smoothly without contact."""
+    bends = len(coarsest.equations.model.kinematics.masters) > 0
+    return bends and alone is not None and not alone.forces.force.any()
+
+
+def _newton_on(newton: Newton, *, hopeless: bool) -> Newton:
+    """Newton's configuration, with less patience where a level has found nothing for long."""
+    return replace(newton, patience=PATIENCE) if hopeless else newton
 
 
 def _grown(levels: Sequence[Level], known: CascadeSolution, gamma_ratio: float) -> CascadeSolution:

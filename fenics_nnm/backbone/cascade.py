@@ -94,7 +94,7 @@ class Cascade:
         keeps most of its energy in the followed mode is taken. An energy that is tried again, from
         another neighbour, keeps what does not depend on it.
         """
-        if self._homogeneous and position != 1:
+        if _homogeneous(self.levels) and position != 1:
             return _grown(self.levels, self.at(1.0, None), position)
         if (led := self._led(position, neighbour)) is not None:
             return led
@@ -128,11 +128,6 @@ class Cascade:
     def slope_ratio(self, finest: Solution) -> float:
         """Slope d omega / d gamma of a finest motion over that of the mode alone, or nan."""
         return slope_ratio(self._coarse, self.levels[-1], finest)
-
-    @property
-    def _homogeneous(self) -> bool:
-        """Whether all gaps are zero, so that motions of any size are alike."""
-        return self.levels[-1].equations.rest.homogeneous
 
     def _led(self, position: float, neighbour: CascadeSolution | None) -> CascadeSolution | None:
         """A motion that a neighbour leads to, if the levels alone do not come to that one.
@@ -179,7 +174,7 @@ class Cascade:
         """
         alone = self.coarse(gamma_ratio)
         if len(self.levels) == 1:
-            return self._of_mode_alone(gamma_ratio, alone)
+            return self._completed(gamma_ratio, (), _alone(self.levels[0], alone))
         below: list[Solution | None] = [alone]
         for _ in self.levels[1:-1]:
             lacks = passing is not None and passing.solutions[len(below)] is None
@@ -189,14 +184,6 @@ class Cascade:
             found = self._on_level(below, gamma_ratio, neighbour).solution
             below.append(found.light() if found else None)
         return self._completed(gamma_ratio, below, self._on_level(below, gamma_ratio, neighbour))
-
-    def _of_mode_alone(self, gamma_ratio: float, alone: Solution | None) -> CascadeSolution:
-        """Where the coarsest level is the finest one, too."""
-        if alone is None:
-            attempt = Attempt(failure="the single-mode problem has no solution")
-        else:
-            attempt = Attempt(alone.completed(self.levels[0].equations))
-        return self._completed(gamma_ratio, (), attempt)
 
     def _on_level(
         self,
@@ -246,7 +233,7 @@ class Cascade:
     def _near_in_frequency(self, ratio: float, coarse: Solution | None) -> Solution | None:
         """Motion of the finest level from one of nearly this energy at a fixed frequency."""
         beside, reduced = self.coarse(ratio * _BESIDE), self.reduced
-        one_frequency = ratio <= self.belonging.linear_until or self._homogeneous
+        one_frequency = ratio <= self.belonging.linear_until or _homogeneous(self.levels)
         if one_frequency or not reduced or coarse is None or beside is None:
             return None
         slope = (beside.omega - coarse.omega) / ((_BESIDE - 1) * ratio * GRAZING_GAMMA)
@@ -273,22 +260,37 @@ class Cascade:
             return Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
         if solution.failure:
             return Attempt(failure=solution.failure)
-        contact = self._contact_share(level, gamma_ratio, solution)
+        contact = 1.0
+        if number > 0 and gamma_ratio > self.belonging.linear_until * (1 + 1e-9):
+            alone, tolerance = self.coarse(gamma_ratio), self.newton.tolerance
+            contact = _contact_share(level, solution, alone, tolerance)
         reason = self.belonging.refusal(contact, level.share(solution.q, self.mode))
         return Attempt(failure=reason, refused=solution) if reason else Attempt(solution)
 
-    def _contact_share(self, level: Level, gamma_ratio: float, solution: Solution) -> float:
-        """Change of contact over that of the coarsest level; 1 where that has none."""
-        if level is self.levels[0] or gamma_ratio <= self.belonging.linear_until * (1 + 1e-9):
-            return 1.0
-        alone = self.coarse(gamma_ratio)
-        reference = alone.energies.contact if alone else 0.0
-        found = solution.energies
-        if not reference and level.equations.mechanics.forces:
-            return 1.0  # the mode alone does not touch at this energy yet
-        if not reference:
-            return float(found.contact > 1e3 * self.newton.tolerance * found.stiffness)
-        return found.contact / reference
+
+def _homogeneous(levels: Sequence[Level]) -> bool:
+    """Whether all gaps are zero, so that motions of any size are alike."""
+    return levels[-1].equations.rest.homogeneous
+
+
+def _alone(level: Level, alone: Solution | None) -> Attempt:
+    """What is found where the coarsest level is the finest one, too."""
+    if alone is None:
+        return Attempt(failure="the single-mode problem has no solution")
+    return Attempt(alone.completed(level.equations))
+
+
+def _contact_share(
+    level: Level, solution: Solution, alone: Solution | None, tolerance: float
+) -> float:
+    """Change of contact over that of the coarsest level; 1 where that has none."""
+    reference = alone.energies.contact if alone else 0.0
+    found = solution.energies
+    if not reference and level.equations.mechanics.forces:
+        return 1.0  # the mode alone does not touch at this energy yet
+    if not reference:
+        return float(found.contact > 1e3 * tolerance * found.stiffness)
+    return found.contact / reference
 
 
 def _leads_straight(coarsest: Level, alone: Solution | None) -> bool:

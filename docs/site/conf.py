@@ -87,6 +87,7 @@ autodoc_mock_imports = [
     "fenics_nnm.fields",
     "fenics_nnm.interrupts",
     "fenics_nnm.output",
+    "fenics_nnm.response",
     "fenics_nnm.results",
     "fenics_nnm.run",
     "fenics_nnm.running",

@@ -15,6 +15,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.cached_modes import digest_of, kept_by_all, key_of_all
+from fenics_nnm.fem.compat import cell_nodes
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.surroundings import surroundings
 from fenics_nnm.files.cache import cache_of_user
@@ -59,7 +60,7 @@ class DeflectionKeeper:
     @cached_property
     def _body(self) -> tuple[bytes | str, ...]:
         """What the body is, with its static state."""
-        solid, geometry = self._solid, self._solid.tagged.mesh.geometry
+        solid, mesh = self._solid, self._solid.tagged.mesh
         of_state: tuple[bytes, ...] = ()
         if solid.state is not None:
             moved = solid.state.displacement.x.array.tobytes()
@@ -69,7 +70,7 @@ class DeflectionKeeper:
             digest_of(solid.stiffness),
             digest_of(solid.mass),
             solid.clamped.tobytes(),
-            geometry.x.tobytes(),
-            geometry.dofmap.tobytes(),
+            mesh.geometry.x.tobytes(),
+            cell_nodes(mesh).tobytes(),
             *of_state,
         )

@@ -59,7 +59,7 @@ def test_peaks_are_those_of_stresses_recovered_one_by_one(
         if method == "none":
             point = next(p for p in branch.points if p.position in branch.inertia)
         rows = StressRows(["peak_stress"], Frames(24, reversible=True))
-        every = np.arange(body.grid.nodes)
+        every = np.arange(len(body.mesh.nodes))
         basis = stress_basis(body, motion_shapes(branch, branch.points), every)
         peaks = dict(zip(rows.peak_names, rows.at(basis, point), strict=True))
         recovery = body.recovery(every)

@@ -107,9 +107,12 @@ def test_resume_goes_on_from_its_points(
     assert ended.code == 1 and "no point at gamma ratio 1.1:" in ended.err  # as in the earlier run
     assert f"{taken_over} points taken over" in caplog.messages
     assert running_folders(tmp_path / "out") == []
-    found, earlier = (
+    all_found, earlier = (
         rows_of(folder / "backbone.csv") for folder in (tmp_path / "out", EARLIER / "finished")
     )
+    known = {row["gamma_ratio"] for row in earlier}
+    found = [row for row in all_found if row["gamma_ratio"] in known]
+    assert len(all_found) - len(found) <= 1  # steps near the miss get longer again by now
     assert [row["status"] for row in found] == [status_now(row) for row in earlier]
     assert [row["stability"] for row in found] == [row["stability"] for row in earlier]
     for column in ("gamma_ratio", "frequency_Hz", "energy_J", "shot_frequency_Hz"):

@@ -36,7 +36,8 @@ def errors(
     branch = nonlinear_mode(study, linear_analysis(study, MPI.COMM_SELF))
     exact = frequency_ratio(np.array([point.gamma_ratio for point in branch.points]), mode)
     error = np.array([point.frequency_ratio for point in branch.points]) / exact - 1
-    unmarked = np.array([point.status in ("verified", "converged") for point in branch.points])
+    trusted = ("verified", "converged")
+    unmarked = np.array([p.status in trusted and not p.resonance for p in branch.points])
     marked = np.abs(error[~unmarked])
     print(
         f"| {elements} {'linear' if degree == 1 else 'quadratic'} | {modes} | {mode} | {step:g} "

@@ -252,10 +252,9 @@ class Cascade:
         level = self.levels[number]
         below_finest = number < len(self.levels) - 1
         hopeless = below_finest and self._misses.get(number, 0) >= _HOPELESS
+        newton = replace(self.newton, patience=PATIENCE) if hopeless else self.newton
         try:
-            solution = level.at_energy(
-                gamma_ratio * GRAZING_GAMMA, guess, _newton_on(self.newton, hopeless=hopeless)
-            )
+            solution = level.at_energy(gamma_ratio * GRAZING_GAMMA, guess, newton)
         except np.linalg.LinAlgError as error:
             return Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
         if solution.failure:
@@ -297,11 +296,6 @@ def _leads_straight(coarsest: Level, alone: Solution | None) -> bool:
     """Whether the finest level can start at the coarsest: it bends smoothly without contact."""
     bends = len(coarsest.equations.model.kinematics.masters) > 0
     return bends and alone is not None and not alone.forces.force.any()
-
-
-def _newton_on(newton: Newton, *, hopeless: bool) -> Newton:
-    """Newton's configuration, with less patience where a level has found nothing for long."""
-    return replace(newton, patience=PATIENCE) if hopeless else newton
 
 
 def _grown(levels: Sequence[Level], known: CascadeSolution, gamma_ratio: float) -> CascadeSolution:

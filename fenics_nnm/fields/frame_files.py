@@ -112,8 +112,7 @@ class AllFrames:
     def put(self, path: Path, frames: Frames, each: Iterable[Frame]) -> None:
         """Add the values, once for all frames that have them."""
         file = path.with_name(f"{path.name}{self.suffix}")
-        pieces = (piece for number, fields in each for piece in _pieces(frames, number, fields))
-        self.file.put(file, pieces)
+        self.file.put(file, _pieces(frames, each))
 
     def end(self, folder: Path, name: str, frames: Frames) -> None:
         """The file is complete."""
@@ -124,14 +123,16 @@ def frame_files(kind: FileFormat, grid: GridFile) -> FrameFiles:
     return AllFrames(StepsFile(grid.grid)) if kind == "vtkhdf" else SingleFrames(grid)
 
 
-def _pieces(frames: Frames, number: int, fields: Mapping[str, Array]) -> Iterator[Piece]:
-    """The values of a distinct frame: velocities for each frame that shows it, others once."""
-    for name, values in fields.items():
-        if name == VELOCITY:
-            for frame, sign in frames.shown_by(number).items():
-                yield Piece(name, frame, sign * values, range(frames.count))
-        else:
-            yield Piece(name, number, values, frames.distinct_of_each)
+def _pieces(frames: Frames, each: Iterable[Frame]) -> Iterator[Piece]:
+    """Values of distinct frames: velocities for each frame that shows them, others once."""
+    every, distinct = range(frames.count), frames.distinct_of_each
+    for number, fields in each:
+        for name, values in fields.items():
+            if name == VELOCITY:
+                for frame, sign in frames.shown_by(number).items():
+                    yield Piece(name, frame, sign * values, every)
+            else:
+                yield Piece(name, number, values, distinct)
 
 
 def _frame(number: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,18 +45,21 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Cache:
     return Cache(tmp_path / "kept")
 
 
+def noting(found: list[str], name: str, work: Callable[..., Any]) -> Callable[..., Any]:
+    """The same function, which adds a name to a list when it is called."""
+
+    def call(*given: Any) -> Any:
+        found.append(name)
+        return work(*given)
+
+    return call
+
+
 @pytest.fixture
 def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What is computed, not taken: "mesh", "state" or "modes", one after the other."""
     found: list[str] = []
-
-    def noted(name: str, work: Callable[..., Any]) -> Callable[..., Any]:
-        def call(*given: Any) -> Any:
-            found.append(name)
-            return work(*given)
-
-        return call
-
+    noted = partial(noting, found)
     monkeypatch.setattr(cad, "in_own_process", noted("mesh", in_this_process))
     monkeypatch.setattr(_Newton, "loaded", noted("state", _Newton.loaded))
     monkeypatch.setattr(DirectModalSolver, "modes", noted("modes", DirectModalSolver.modes))
@@ -144,14 +148,7 @@ def test_nothing_is_taken_for_another_body(
 def derived(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What is computed, not taken, of second order."""
     found: list[str] = []
-
-    def noted(name: str, work: Callable[..., Any]) -> Callable[..., Any]:
-        def call(*given: Any) -> Any:
-            found.append(name)
-            return work(*given)
-
-        return call
-
+    noted = partial(noting, found)
     for name in ("_pairs", "_all"):
         monkeypatch.setattr(BodyForces, name, noted(name, getattr(BodyForces, name)))
     return found

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from timed_derivatives import assert_derivatives
 
-from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.excitation import Excitation
 from fenics_nnm.mechanics.force import CubicSprings
 from fenics_nnm.mechanics.fourier import FourierSeries
@@ -31,22 +31,7 @@ def equations(*forces: Any) -> TimedEquations:
 
 @pytest.mark.parametrize("forces", [(), (CubicSprings(PHI[:1], np.array([0.8])),)])
 def test_derivatives_against_differences(forces: tuple[Any, ...]) -> None:
-    of, step = equations(*forces), 1e-6
-    at = Unknowns.of(MOTION, OMEGA)
-    assert len(of.forces(at).samples) > 10
-
-    def residual(q: Array, omega: float) -> Array:
-        there = Unknowns.of(q, omega)
-        return of.residual(there, of.forces(there)).ravel()
-
-    changes = step * np.eye(MOTION.size).reshape(-1, *MOTION.shape)
-    columns = [residual(MOTION + d, OMEGA) - residual(MOTION - d, OMEGA) for d in changes]
-    difference = np.array(columns).T / (2 * step)
-    jacobian = of.jacobian(at, of.forces(at))
-    assert np.abs(jacobian - difference).max() < 1e-7 * np.abs(jacobian).max()
-    slope = (residual(MOTION, OMEGA + step) - residual(MOTION, OMEGA - step)) / (2 * step)
-    found = of.slopes(at, of.forces(at))[0].ravel()
-    assert np.abs(found - slope).max() < 1e-7 * np.abs(slope).max()
+    assert_derivatives(equations(*forces), MOTION, OMEGA)
 
 
 def test_condensed_solution_is_that_of_the_full_jacobian() -> None:

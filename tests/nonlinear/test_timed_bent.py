@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from bent_body import BentBody
+from timed_derivatives import assert_derivatives
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.mechanics.excitation import Excitation
@@ -37,22 +38,7 @@ def equations(model: ReducedModel = MODEL, turning: Array = TURNING) -> TimedEqu
 
 
 def test_derivatives_against_differences() -> None:
-    of, step = equations(), 1e-6
-    at = Unknowns.of(MOTION, OMEGA)
-    assert len(of.forces(at).samples) > 10
-
-    def residual(q: Array, omega: float) -> Array:
-        there = Unknowns.of(q, omega)
-        return of.residual(there, of.forces(there)).ravel()
-
-    changes = step * np.eye(MOTION.size).reshape(-1, *MOTION.shape)
-    columns = [residual(MOTION + d, OMEGA) - residual(MOTION - d, OMEGA) for d in changes]
-    difference = np.array(columns).T / (2 * step)
-    jacobian = of.jacobian(at, of.forces(at))
-    assert np.abs(jacobian - difference).max() < 1e-7 * np.abs(jacobian).max()
-    slope = (residual(MOTION, OMEGA + step) - residual(MOTION, OMEGA - step)) / (2 * step)
-    found = of.slopes(at, of.forces(at))[0].ravel()
-    assert np.abs(found - slope).max() < 1e-7 * np.abs(slope).max()
+    assert_derivatives(equations(), MOTION, OMEGA)
 
 
 def test_only_what_is_given_and_damping_do_work_over_a_period() -> None:

@@ -30,11 +30,13 @@ def measured(size: float) -> dict[str, float]:
     from mpi4py import MPI
 
     from fenics_nnm.fem import mesh
+    from fenics_nnm.files.cache import turn_off
     from fenics_nnm.geometry import Geometry
     from fenics_nnm.stages import Stages
     from fenics_nnm.structure.analysis import linear_analysis
     from fenics_nnm.study import read_study
 
+    turn_off()  # what was kept costs nothing
     comm, spent, generate = MPI.COMM_WORLD, [0.0], mesh.built_in
 
     def noted(geometry: Geometry) -> mesh.RawMesh:

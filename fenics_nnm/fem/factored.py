@@ -9,7 +9,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.block import product, solved
+from fenics_nnm.fem.block import product, solved, without_zeros
 from fenics_nnm.fem.system import System
 
 
@@ -19,25 +19,25 @@ class Factored:
 
     Attributes:
         ksp: Solver with the factors of K.
-        system: Stiffness and mass.
+        inertia: M without the entries that are zero.
         comm: Ranks.
         generator: Of random displacements, of this rank.
     """
 
     ksp: PETSc.KSP
-    system: System
+    inertia: PETSc.Mat
     comm: MPI.Comm
     generator: np.random.Generator
 
     @classmethod
     def of(cls, ksp: PETSc.KSP, system: System, comm: MPI.Comm) -> Factored:
         """With a generator that gives the same numbers in each run."""
-        return cls(ksp, system, comm, np.random.default_rng(comm.rank))
+        return cls(ksp, without_zeros(system.mass), comm, np.random.default_rng(comm.rank))
 
     @property
     def rows(self) -> int:
         """Owned degrees of freedom, n_owned."""
-        return int(self.system.mass.getLocalSize()[0])
+        return int(self.inertia.getLocalSize()[0])
 
     def solve(self, forces: Array) -> Array:
         """K^-1 f, columns of shape (n_owned, k)."""
@@ -45,7 +45,7 @@ class Factored:
 
     def mass(self, columns: Array) -> Array:
         """M u, columns of shape (n_owned, k)."""
-        return product(self.system.mass, columns)
+        return product(self.inertia, columns)
 
     def inner(self, left: Array, right: Array) -> Array:
         """a^T b over all ranks."""

@@ -18,11 +18,12 @@ Applications of Bifurcation Theory, Academic Press, 1977, 359-384.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.continuation.signed_factor import SignedFactor
 from fenics_nnm.nonlinear.conditions import Condition, own_conditions
 from fenics_nnm.nonlinear.equations import Equations
 from fenics_nnm.nonlinear.newton import Newton, bordered_jacobian, solve
@@ -122,6 +123,11 @@ class Problem:
         """Equations that hold at all frequencies."""
         return cls(lambda omega: equations, newton)
 
+    def roughly(self, tolerance: float) -> Problem:
+        """The same solved to a tolerance, if that is larger."""
+        own = self.newton.tolerance
+        return replace(self, newton=replace(self.newton, tolerance=max(own, tolerance)))
+
     def solve(self, condition: Condition, guess: Unknowns) -> Solution:
         """A motion that obeys equations and a condition; never raises for non-convergence."""
         equations = self.about(guess.omega)
@@ -204,12 +210,11 @@ def curve_point(equations: Equations, solution: Solution, along: Array) -> Curve
     size = solution.q.size
     right = np.zeros(len(matrix))
     right[size] = 1.0
-    try:
-        tangent = np.linalg.solve(matrix, right)[: direction.size]
-    except np.linalg.LinAlgError:
+    factor = SignedFactor.of(matrix)
+    if not factor.sign:
         return CurvePoint(solution, metric, _projected(matrix, size, direction), 0.0)
-    sign = float(np.linalg.slogdet(matrix)[0])
-    return CurvePoint(solution, metric, tangent / np.linalg.norm(tangent), sign)
+    tangent = factor.solution(right)[: direction.size]
+    return CurvePoint(solution, metric, tangent / np.linalg.norm(tangent), factor.sign)
 
 
 def null_space(equations: Equations, metric: Metric, solution: Solution) -> tuple[Array, Array]:

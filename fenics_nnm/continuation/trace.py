@@ -42,6 +42,9 @@ _UNLOCATED = "a fold, branch point or target within a step is not found"
 #: A step back finds the point before where it misses it by less than this part of the step.
 _RETURNED = 1e-2
 
+#: It is solved to this part of the step, which shows as much as a solution to round-off.
+_ROUGHLY = 1e-6
+
 #: Singular values of the scaled Jacobian below this leave a direction loose.
 _LOOSE = 1e-6
 
@@ -279,7 +282,7 @@ class Trace:
         length = float(np.linalg.norm(way))
         guess = reached.at.moved(reached.metric.unscaled(reached.tangent), -length)
         arc = FixedArc(reached.metric, reached.at, way / length, -length)
-        found = self.problem.solve(arc, guess)
+        found = self.problem.roughly(_ROUGHLY * length).solve(arc, guess)
         missed = np.linalg.norm(reached.metric.between(here.at, found.at))
         return found.converged and float(missed) < _RETURNED * length
 

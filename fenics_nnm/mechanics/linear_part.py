@@ -15,7 +15,7 @@ operator acts on several of them at once, the shape (.., c, J).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -245,6 +245,7 @@ class RatedOperator:
     omega: float
     rate: Array
     blocks: Complex
+    _inverse: list[Complex] = field(init=False, repr=False, compare=False, default_factory=list)
 
     @classmethod
     def of(cls, part: RatedPart, series: Series, omega: float, drift: float) -> RatedOperator:
@@ -288,22 +289,30 @@ class RatedOperator:
 
     def solve(self, right: Array) -> Array:
         """Coefficients with the given right-hand sides, shape (.., c, J)."""
-        return self._with(np.linalg.inv(self.blocks), right)
+        return self._with(self._inverted, right)
 
     def flexibility(self, shapes: Array) -> Array:
         """Dynamic flexibility by the time difference in samples, shape (m, n_a^2)."""
         series = self.series
         order = np.arange(series.harmonics + 1)
-        inverse = shapes @ np.linalg.inv(self.blocks) @ shapes.T
+        inverse = shapes @ self._inverted @ shapes.T
         inverse /= series.mean_square[: len(order), None, None]
         angle = np.outer(2 * np.pi / series.samples * np.arange(series.samples), order)
         by_time = np.exp(1j * angle) @ inverse.reshape(len(order), -1)
         return np.asarray(by_time.real)
 
+    @property
+    def _inverted(self) -> Complex:
+        """Inverses of the blocks, which are made once."""
+        if not self._inverse:
+            self._inverse.append(np.linalg.inv(self.blocks))
+        return self._inverse[0]
+
     def _with(self, blocks: Complex, q: Array) -> Array:
         """Product of complex blocks with coefficients, cosines then sines."""
-        count = self.series.harmonics + 1
+        count, modes = self.series.harmonics + 1, q.shape[-1]
         motion = q[..., :count, :].astype(complex)
         motion[..., 1:, :] -= 1j * q[..., count:, :]
-        moved = np.einsum("nij,...nj->...ni", blocks, motion)
+        columns = motion.reshape(-1, count, modes).transpose(1, 2, 0)
+        moved = (blocks @ columns).transpose(2, 0, 1).reshape(motion.shape)
         return np.concatenate([moved.real, -moved.imag[..., 1:, :]], axis=-2)

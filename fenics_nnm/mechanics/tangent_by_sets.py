@@ -25,15 +25,16 @@ def tangent_by_sets(series: Series, shapes: Array, forces: ContactForces) -> Arr
     """
     forces.assert_complete()
     rows, modes = len(series.order), shapes.shape[1]
-    whole: Array = np.zeros((rows, modes, rows, modes))
     if forces.local is None:
-        return whole.reshape(rows * modes, -1)
+        return np.zeros((rows * modes, rows * modes))
     at = forces.samples
     sets, own = np.unique(forces.force[at] > 0, axis=0, return_inverse=True)
     analysis, synthesis = forces.instants.analysis(series), forces.instants.synthesis(series)
     stiffness = forces.local.stiffness(sets, shapes)
+    mixing = np.empty((len(sets), rows, rows))
     for number in range(len(sets)):
         chosen = at[own.ravel() == number]
-        mixing: Array = analysis[:, chosen] @ synthesis[chosen]
-        whole += mixing[:, None, :, None] * stiffness[number][:, None, :]
-    return whole.reshape(rows * modes, -1)
+        mixing[number] = analysis[:, chosen] @ synthesis[chosen]
+    both = mixing.reshape(len(sets), -1).T @ stiffness.reshape(len(sets), -1)
+    by_row = both.reshape(rows, rows, modes, modes).swapaxes(1, 2)
+    return np.ascontiguousarray(by_row).reshape(rows * modes, -1)

@@ -54,7 +54,6 @@ _HEAD = (
 )
 
 
-
 @dataclass(frozen=True, slots=True)
 class Spent:
     """CPU milliseconds a point, without and with the check in time."""

@@ -20,17 +20,39 @@ from fenics_nnm.time_domain.bent_stage import BentStage
 from fenics_nnm.time_domain.bent_step import BentRule, BentStep, Start
 from fenics_nnm.time_domain.drive import Drive
 from fenics_nnm.time_domain.exponential_rule import gauss_nodes
+from fenics_nnm.time_domain.gap_energy import with_moved_gaps
 from fenics_nnm.time_domain.integrator import Trajectory
 from fenics_nnm.time_domain.kept import Kept
 from fenics_nnm.time_domain.record import Record
+from fenics_nnm.time_domain.rungs import Rungs
 from fenics_nnm.time_domain.states import States
 
 #: As in `collocated`.
 _MOMENT = 1e-9
-_LONGEST_TURN, _TURN_ALONG = 40.0, 24.0
-_FIRST, _SHORTEST = 1 / 8, 2.0**-30
-_EASY, _PATIENCE = 1e-2, 6
-_KEPT = 500
+_LONGEST, _ITERATED, _TRIES = 1 / 8, 1e-5, 60
+_KEPT, _LATEST = 500, 8
+
+
+@dataclass(frozen=True, slots=True)
+class _Walk:
+    """A motion: its steps with the times at which they begin, and how much of each it goes along.
+
+    Attributes:
+        parts: Step, clock and time passed of each.
+        end: Coordinates and velocities at the end, each of shape (J,).
+        changes: Changes of contact.
+        failure: Empty, or why it was not followed to the end.
+    """
+
+    parts: tuple[tuple[BentStep, float, float], ...]
+    end: tuple[Array, Array]
+    changes: int
+    failure: str
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its steps."""
+        return sum(step.nbytes for step, _, _ in self.parts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +61,7 @@ class _Memory:
 
     stages: Kept[BentStage] = field(default_factory=lambda: Kept(_KEPT))
     rules: Kept[BentRule] = field(default_factory=lambda: Kept(_KEPT))
+    walks: Kept[_Walk] = field(default_factory=lambda: Kept(_LATEST))
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +74,7 @@ class BentFlow:
         nodes: Gauss points of a step.
         tolerance: Highest coefficient of the remainder over a step, relative to the velocities of
             the motion, see `Collocated`.
+        longest_turn: A step turns the fastest mode by no more than this, as there.
         most_changes: A motion with more changes of contact than this is given up.
 
     Raises:
@@ -61,6 +85,7 @@ class BentFlow:
     drive: Drive
     nodes: int = 16
     tolerance: float = 1e-9
+    longest_turn: float = 24.0
     most_changes: int = 20_000
     states: States = field(init=False, repr=False, compare=False)
     _law: Complementarity = field(init=False, repr=False, compare=False)
@@ -109,11 +134,10 @@ class BentFlow:
         record = Record(times, self.model.modes, along, speeds=speeds)
         if not np.all(np.isfinite([*q, *velocity, span])):
             return record.trajectory(q, velocity, 0, "the state to start from is not finite")
-        walk = _Walk(
-            self, q, velocity, phase, record, turn=_LONGEST_TURN if along is None else _TURN_ALONG
-        )
-        failure = walk.run(span)
-        return record.trajectory(walk.q, walk.velocity, walk.changes, failure)
+        walk = self._walk(q, velocity, span, phase)
+        for step, clock, passed in walk.parts:
+            record.note(step, clock, passed)
+        return record.trajectory(*walk.end, walk.changes, walk.failure)
 
     def energy(self, q: Array, velocity: Array, phase: float = 0.0) -> float:
         """Total energy in J from the state of rest, without the potential of the drive.
@@ -121,13 +145,13 @@ class BentFlow:
         Of contact points it is that of their residual flexibility, lambda^T R lambda / 2.
         """
         own = self.states.energy(q, velocity)
-        if not self.drive.gap.moves:
-            return own
-        still, moved = (
-            float(force @ self.model.R @ force) / 2
-            for force in (self.states.contact(q).force[0], self._forces(q, phase))
+        return with_moved_gaps(
+            own,
+            self.model.R,
+            self.drive,
+            phase,
+            lambda moved: self._law(self._excess(q, moved)).force[0],
         )
-        return own + moved - still
 
     def size(self, q: Array, velocity: Array, phase: float) -> float:
         """Size of velocities of a motion, from its state and what drives it."""
@@ -149,24 +173,23 @@ class BentFlow:
                 return changed
         return self._stage(self._law(self._excess(soon, moved)).force[0] > 0)
 
-    def rule(self, stage: BentStage, step: float, *, keep: bool) -> BentRule:
+    def rule(self, stage: BentStage, step: float) -> BentRule:
         """Times and weights of a step."""
 
         def made() -> BentRule:
-            return BentRule.of(gauss_nodes(self.nodes), stage, step)
+            return BentRule.of(gauss_nodes(self.nodes), stage, step, 2 * self._moment)
 
-        key = stage.active.tobytes(), step
-        return self._memory.rules.at(key, made) if keep else made()
+        return self._memory.rules.at((stage.active.tobytes(), step), made)
 
-    @property
-    def after_a_change(self) -> float:
-        """Time after a change of contact from which the next one is looked for."""
-        return 2 * self._moment
+    def _walk(self, q: Array, velocity: Array, span: float, phase: float) -> _Walk:
+        """The motion from a state; the latest are kept: more is asked of them one after another."""
 
-    def _forces(self, q: Array, phase: float) -> Array:
-        """Contact forces in N at coordinates and a phase, shape (n_c,)."""
-        moved, _ = self.drive.gap_at(phase, self.model.points)
-        return self._law(self._excess(q, moved)).force[0]
+        def made() -> _Walk:
+            return _Walking(self, q, velocity, phase).through(span)
+
+        return self._memory.walks.at(
+            (q.tobytes(), velocity.tobytes(), span, phase, self.drive.key), made
+        )
 
     def _excess(self, q: Array, moved: Array) -> Array:
         """P - gap at coordinates (J,) and changes of the gaps (n_c,), shape (1, n_c)."""
@@ -181,46 +204,38 @@ class BentFlow:
         )
 
 
-class _Walk:
-    """One integration: the state, and how long steps are."""
+class _Walking:
+    """One integration: the state, and the steps that were taken."""
 
-    def __init__(
-        self,
-        flow: BentFlow,
-        q: Array,
-        velocity: Array,
-        phase: float,
-        record: Record,
-        *,
-        turn: float,
-    ) -> None:
-        self._flow, self._phase, self._record, self._turn = flow, phase, record, turn
-        self.q, self.velocity, self.changes = q, velocity, 0
+    def __init__(self, flow: BentFlow, q: Array, velocity: Array, phase: float) -> None:
+        self._flow, self._phase = flow, phase
+        self._q, self._velocity, self._changes, self._clock = q, velocity, 0, 0.0
         self._size = flow.size(q, velocity, phase)
-        self._step = _FIRST * 2 * np.pi / float(flow.model.omega[0])
-        self._patience, self._clock = 0, 0.0
+        self._rungs = Rungs(_LONGEST * 2 * np.pi / float(flow.model.omega[0]), flow.nodes)
+        self._parts: list[tuple[BentStep, float, float]] = []
 
-    def run(self, span: float) -> str:
+    def through(self, span: float) -> _Walk:
+        """The motion for a time."""
+        failure = self._run(span)
+        return _Walk(tuple(self._parts), (self._q, self._velocity), self._changes, failure)
+
+    def _run(self, span: float) -> str:
         """Go on for a time; why it ended before, or nothing."""
         flow, stage = self._flow, self._after(None)
-        before, passed = None, 0.0
-        while self._clock < span:
-            step = self._solved(stage, span - self._clock, before, passed)
+        while (left := span - self._clock) > 0:
+            step = self._solved(stage)
             if step is None:
                 return f"the steps in time became too small at {self._clock:.3g} of {span:.3g} s"
-            passed = step.end(flow.after_a_change)
-            self._record.note(step, self._clock, passed)
-            self.q, self.velocity = step.state(passed)
-            self._clock += passed
-            before = step
-            if passed < step.rule.step:
-                self.changes += 1
-                if self.changes > flow.most_changes:
+            ends = min(step.end(), left)
+            self._take(step, ends)
+            if ends < min(left, step.rule.step):
+                stage = self._after(stage)
+                self._changes += 1
+                if self._changes > flow.most_changes:
                     return (
                         f"more than {flow.most_changes} changes of contact in {self._clock:.3g} "
                         f"of {span:.3g} s"
                     )
-                stage = self._after(stage)
         return ""
 
     @property
@@ -229,38 +244,34 @@ class _Walk:
         return self._phase + self._flow.drive.omega * self._clock
 
     def _after(self, before: BentStage | None) -> BentStage:
-        return self._flow.stage_after(self.q, self.velocity, self._turned, before)
+        return self._flow.stage_after(self._q, self._velocity, self._turned, before)
 
-    def _solved(
-        self, stage: BentStage, left: float, before: BentStep | None, passed: float
-    ) -> BentStep | None:
+    def _take(self, step: BentStep, passed: float) -> None:
+        """Go on by a part of a step."""
+        self._parts.append((step, self._clock, passed))
+        self._q, self._velocity = step.state(passed)
+        self._clock += passed
+
+    def _solved(self, stage: BentStage) -> BentStep | None:
         """The next step, as long as the remainder allows; None where none is short enough."""
-        flow, shortest = self._flow, _SHORTEST * self._step
-        while self._step > self._turn / float(np.abs(stage.exponents).max()):
-            self._step /= 2
-        state = self.q, self.velocity
+        flow, rungs = self._flow, self._rungs
+        rungs.reach(flow.longest_turn / float(np.abs(stage.exponents).max()))
+        state = self._q, self._velocity
         start = Start.of(stage, state, flow.drive, self._turned, self._size)
-        while self._step > shortest:
-            length = min(self._step, left)
-            rule = flow.rule(stage, length, keep=length == self._step)
-            found = BentStep.solved(start, rule, self._guess(start, before, passed, length))
-            error = found.tail / self._size if found else np.inf
-            if found and error <= flow.tolerance:
-                if length == self._step:
-                    self._lengthen(error)
+        for _ in range(_TRIES):
+            rule, guess = flow.rule(stage, rungs.step), self._guess(start, rungs.step)
+            found = BentStep.solved(start, rule, guess, _ITERATED * flow.tolerance)
+            error = found.tail / self._size / flow.tolerance if found else np.inf
+            if found and error <= 1:
+                rungs.accepted(error)
                 return found
-            self._step, self._patience = self._step / 2, _PATIENCE
+            rungs.refused(error)
         return None
 
-    def _lengthen(self, error: float) -> None:
-        """Try a longer step next, if the last one was easy, and no longer one failed just now."""
-        self._patience -= 1
-        if self._patience < 0 and error <= _EASY * self._flow.tolerance:
-            self._step *= 2
-
-    def _guess(self, start: Start, before: BentStep | None, passed: float, length: float) -> Array:
-        """Pushes at the nodes of the next step to begin with."""
-        if before is not None:
-            return before.continued(passed, length)
-        first = start.stage.smooth.remainder(start.seen(np.zeros(1)).T).T
-        return np.repeat(first, self._flow.nodes, axis=0)
+    def _guess(self, start: Start, length: float) -> Array:
+        """Pushes at the nodes of the next step: those of the last one, gone on with."""
+        if self._parts:
+            last, _, passed = self._parts[-1]
+            return last.continued(passed, length)
+        first = start.stage.smooth.remainder(start.seen(np.zeros(1)))
+        return np.repeat(first, self._flow.nodes, axis=1)

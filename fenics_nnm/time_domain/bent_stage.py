@@ -43,9 +43,9 @@ class Given:
     rates: Array
 
     def at(self, times: Array) -> Array:
-        """It at times, shape (t, 3 k + P)."""
-        waves = np.exp(1j * np.multiply.outer(times, self.rates))
-        return np.asarray((waves @ self.amplitude.T).real)
+        """It at times, shape (3 k + P, t)."""
+        waves = np.exp(1j * np.multiply.outer(self.rates, times))
+        return np.asarray((self.amplitude @ waves).real)
 
 
 @dataclass(frozen=True, slots=True)

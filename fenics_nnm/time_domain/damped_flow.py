@@ -21,6 +21,7 @@ from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.time_domain.damped_stage import DampedMotion, DampedStage
 from fenics_nnm.time_domain.drive import Drive
 from fenics_nnm.time_domain.flow import Flow
+from fenics_nnm.time_domain.gap_energy import with_moved_gaps
 from fenics_nnm.time_domain.integrator import Trajectory
 from fenics_nnm.time_domain.record import Record
 from fenics_nnm.time_domain.stage_book import StageBook
@@ -181,10 +182,10 @@ class DampedFlow:
         Of contact points it is that of their residual flexibility, lambda^T R lambda / 2.
         """
         own = self.conservative.energy(q, velocity)
-        if not self.drive.gap.moves:
-            return own
-        still, moved = (
-            float(force @ self.model.R @ force) / 2
-            for force in (self.conservative.forces(q[None])[0], self.forces(q[None], phase)[0])
+        return with_moved_gaps(
+            own,
+            self.model.R,
+            self.drive,
+            phase,
+            lambda moved: self.book.forces(np.concatenate([q, moved])[None])[0],
         )
-        return own + moved - still

@@ -7,7 +7,7 @@ where harmonics n and -n with conjugate amplitudes make a real force; and gaps t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -61,6 +61,13 @@ class Drive:
         amplitude = np.reshape(np.array(columns, complex), (-1, modes)).T
         parts = np.array(turning, complex) if turning else _not_turning()
         return cls(omega, np.array(order, float), amplitude, gap, parts)
+
+    @property
+    def key(self) -> Hashable:
+        """What tells it from other drives."""
+        gap = self.gap.harmonics, self.gap.amplitudes.tobytes()
+        parts = (each.tobytes() for each in (self.order, self.amplitude, self.turning))
+        return self.omega, *gap, *parts
 
     @property
     def rates(self) -> Array:

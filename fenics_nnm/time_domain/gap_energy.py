@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from fenics_nnm.arrays import Array
 from fenics_nnm.time_domain.drive import Drive
 

@@ -3,7 +3,10 @@
 What is asked for is the frequency of the phase resonances at the levels of the forces: the largest
 motions, which need the most. They are solved again with twice as many harmonics, and with twice as
 many modes, at the same level; the source of the larger change is raised until the changes add up to
-less than the tolerance.
+less than the tolerance. Without contact the motions of a structure that is linear but for contact
+are exact: their frequencies are compared as they are. Those of one with second-order kinematics, or
+with springs that are not linear, are solved again like motions with contact, as their frequencies
+depend on the level.
 """
 
 from __future__ import annotations
@@ -28,6 +31,7 @@ from fenics_nnm.resolution.finer import MOST, Finer, least
 from fenics_nnm.response.judge import Unjudged
 from fenics_nnm.response.levels import Response
 from fenics_nnm.response.phase_resonance import damped_backbone
+from fenics_nnm.response.point import ResponsePoint
 from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.driven import (
@@ -42,7 +46,7 @@ from fenics_nnm.study.resolution import Resolution
 
 logger = logging.getLogger(__name__)
 
-#: Resonances that are looked at: of so many levels, spread over those with contact.
+#: Resonances that are looked at: of so many levels, spread over those that are not linear.
 _PROBES = 3
 
 #: A resonance that is not found again counts as so large a change.
@@ -64,7 +68,8 @@ class DrivenChoice:
         structure: The driven structure.
         tolerance: Relative error of the resonances that was asked for.
         expected: Their expected errors; None if no number was looked for.
-        probes: Number of resonances with contact that these are of.
+        probes: Number of resonances, with contact or else not linear, that these are of.
+        touching: Whether these have contact.
         limits: Why numbers were not raised any more, by the source of the error.
     """
 
@@ -74,6 +79,7 @@ class DrivenChoice:
     tolerance: float = float("nan")
     expected: Accuracy | None = None
     probes: int = 0
+    touching: bool = False
     limits: Mapping[str, str] = field(default_factory=dict)
 
     def line(self, found: Response) -> str:
@@ -105,6 +111,8 @@ class DrivenChoice:
     def _where(self) -> str:
         if not self.probes:
             return "the linear resonances: none at these levels has contact"
+        if not self.touching:
+            return f"{self.probes} of the resonances: none at these levels has contact"
         return f"{self.probes} of the resonances with contact"
 
 
@@ -163,8 +171,10 @@ def _tried(models: _Models, finer: Finer, at: Resolution) -> DrivenChoice:
         finer.has_all_modes(at.modes)
         finer.limits["modes"] = f"no more than {at.modes} leave contact points that can move"
     with models.stages.stage("accuracy"):
-        probes, expected = on_root(models.comm, _expected, study, structure, more, at)
-    return DrivenChoice(study, linear, structure, study.tolerance, expected, probes, finer.limits)
+        looked_at, expected = on_root(models.comm, _expected, study, structure, more, at)
+    return DrivenChoice(
+        study, linear, structure, study.tolerance, expected, *looked_at, finer.limits
+    )
 
 
 @dataclass(slots=True)
@@ -225,14 +235,17 @@ class _Probe:
 
 def _expected(
     study: Study, structure: DrivenStructure, more: DrivenStructure | None, at: Resolution
-) -> tuple[int, Accuracy]:
-    """Number of resonances with contact that were looked at, and changes of their frequencies.
+) -> tuple[tuple[int, bool], Accuracy]:
+    """Which resonances were looked at, see `DrivenChoice`, and changes of their frequencies.
 
     Raises:
         StudyError: if there are no phase resonances.
     """
     series = FourierSeries(at.harmonics, at.samples)
-    probes, linear = _probes(study, structure, series)
+    points = _resonances(study, structure, series)
+    touching = [p for p in points if p.displacements.contact.max(initial=0.0) > 0]
+    opened = np.unique([p.frequency for p in points if not p.displacements.contact.any()])
+    probes = _spread(points if structure.forces and not touching else touching)
     twice = FourierSeries(2 * at.harmonics, max(at.samples, 16 * at.harmonics))
     by_harmonics = [_change(study, structure, twice, probe, probe.q) for probe in probes]
     by_modes = [0.0]
@@ -241,15 +254,21 @@ def _expected(
             _change(study, more, series, probe, _in_more(structure, more, probe.q))
             for probe in probes
         ]
-        by_modes += _linear_changes(study, more, series, linear)
+        if not structure.forces:
+            by_modes += _linear_changes(study, more, series, opened)
     errors: dict[str, Any] = {"harmonics": max(by_harmonics, default=0.0), "modes": max(by_modes)}
-    return len(probes), Accuracy(samples=0.0, at=float("nan"), **errors)
+    accuracy = Accuracy(samples=0.0, at=float("nan"), **errors)
+    return (len(probes), bool(touching)), accuracy
 
 
-def _probes(
+def _resonances(
     study: Study, structure: DrivenStructure, series: FourierSeries
-) -> tuple[list[_Probe], Array]:
-    """Resonances with contact at some levels, and frequencies of those without in Hz."""
+) -> list[ResponsePoint]:
+    """Resonances at the wanted levels.
+
+    Raises:
+        StudyError: if there are no phase resonances.
+    """
     assert study.response is not None  # refused before
     levels = study.response.levels
     found = damped_backbone(
@@ -260,12 +279,14 @@ def _probes(
             f'numbers that are "auto" are found at phase resonances: {found.reasons[0]}: give '
             "mode.harmonics, mode.samples and reduction.modes"
         )
-    points = [each.point for each in found.points if each.point.level in levels]
-    touching = [p for p in points if p.displacements.contact.max(initial=0.0) > 0]
-    places = np.unique(np.linspace(0, len(touching) - 1, min(_PROBES, len(touching))).astype(int))
-    opened = [p.frequency for p in points if not p.displacements.contact.any()]
-    chosen = [touching[place] for place in places] if touching else []
-    return [_Probe(p.level, p.omega, p.q) for p in chosen], np.unique(opened)
+    return [each.point for each in found.points if each.point.level in levels]
+
+
+def _spread(points: Sequence[ResponsePoint]) -> list[_Probe]:
+    """A few of the points, from the first to the last."""
+    places = np.unique(np.linspace(0, len(points) - 1, min(_PROBES, len(points))).astype(int))
+    chosen = [points[place] for place in places] if points else []
+    return [_Probe(p.level, p.omega, p.q) for p in chosen]
 
 
 def _change(

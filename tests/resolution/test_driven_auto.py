@@ -11,13 +11,22 @@ from conftest import ROD, Ended, changed
 from mpi4py import MPI
 
 from fenics_nnm.mechanics.fourier import FourierSeries
-from fenics_nnm.resolution.driven_auto import DrivenChoice, _Models, _tried, driven_choice
+from fenics_nnm.mechanics.linear_part import RatedPart
+from fenics_nnm.mechanics.model import ReducedModel
+from fenics_nnm.mechanics.second_order import SecondOrder
+from fenics_nnm.resolution.driven_auto import (
+    DrivenChoice,
+    _expected,
+    _Models,
+    _tried,
+    driven_choice,
+)
 from fenics_nnm.resolution.finer import Finer
 from fenics_nnm.response.judge import Unjudged
 from fenics_nnm.response.levels import CurveEnd, Response, response
 from fenics_nnm.response.phase_resonance import damped_backbone
 from fenics_nnm.response.point import Judgement, Status
-from fenics_nnm.response.structure import DrivenStructure
+from fenics_nnm.response.structure import Drive, DrivenStructure
 from fenics_nnm.stages import Stages
 from fenics_nnm.study import study_from
 from fenics_nnm.study.resolution import Resolution
@@ -95,3 +104,33 @@ def test_given_numbers_stay_and_what_has_no_resonance_is_told(
     )
     ended = command("response", few, "--output", "out")
     assert ended.code == 0 and "tolerance" not in ended.out
+
+
+def stiffening(modes: int) -> DrivenStructure:
+    """The first mode stiffens by second order far from an obstacle; the others do not move."""
+    one = np.zeros((1, 1, 1, 1))
+    bent = SecondOrder(np.array([0]), one[0, :1], np.zeros((modes, 1, 1)), one + 0.1, one)
+    model = ReducedModel(
+        omega=2.7 ** np.arange(modes),
+        Phi=np.ones((1, modes)),
+        R=[[1.0]],
+        gap=[100.0],
+        kinematics=bent,
+    )
+    shape = np.eye(modes)[:1]
+    linear = RatedPart(model.omega, 0.04 * np.diag(model.omega))
+    return DrivenStructure.of(model, linear, Drive.simple(shape, np.array([0.04 + 0j])))
+
+
+def test_frequency_that_second_order_moves_is_no_error_of_the_modes() -> None:
+    """The linear frequency is 3 % below: it is not what the resonance is compared with."""
+    wanted = {"from": 0.1, "to": 0.3, "step": 0.1}
+    study = study_from(AUTO | {"response": {"frequencies": wanted}}, Path("study.toml"))
+    one, two = stiffening(1), stiffening(2)
+    looked_at, expected = _expected(study, one, two, Resolution(5, 48, 1))
+    assert looked_at == (1, False)
+    series, frequencies = FourierSeries(5, 48), np.array([0.1, 0.3])
+    found = damped_backbone(one, series, frequencies, (1.0,), judge=Unjudged())
+    (omega,) = (each.point.omega for each in found.points if each.point.level == 1.0)
+    assert omega == pytest.approx(np.sqrt(1 + 0.75 * 0.1 / omega**2), rel=2e-3)
+    assert expected.modes < 1e-9 and 0 < expected.harmonics < 1e-6

@@ -1,4 +1,4 @@
-"""A body that is driven: forces, dashpots and monitors, and what it is reduced to."""
+"""Where a body is driven: forces, dashpots and monitors."""
 
 from __future__ import annotations
 
@@ -14,13 +14,11 @@ from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.attachments import spread_form
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.contact import ContactInterface
-from fenics_nnm.fem.linear import operators_of
-from fenics_nnm.fem.modal_solver import ModalSolver
 from fenics_nnm.fem.point_rows import attached_points, force_row, unit_rows
 from fenics_nnm.fem.pushes import Push
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
-from fenics_nnm.reduction.driven import BentModes, DrivenBasis, DrivenPlaces, driven_basis
+from fenics_nnm.reduction.driven import DrivenPlaces
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,25 +34,22 @@ class Others:
     monitors: tuple[Attachment, ...] = ()
 
 
-def driven(
+def driven_places(
     solid: Solid,
     interface: ContactInterface,
     pushes: Iterable[Push],
     others: Others,
-    modes: BentModes,
-    solver: ModalSolver,
     gap_motion: GapMotion = STILL,
-) -> DrivenBasis:
-    """What a driven body is reduced to; to be called on all ranks.
+) -> DrivenPlaces:
+    """Where a body is driven, damped and watched; to be called on all ranks.
 
     Raises:
         MeshError: if a force acts where it has no effect, or not on the body.
-        ModelError: if the place of a force moves no mass.
     """
     found = [push.column(solid) for push in pushes]
     monitors = [force_row(solid, each) for each in others.monitors]
     dampers = Dampers.of(solid, others.dashpots)
-    places = DrivenPlaces(
+    return DrivenPlaces(
         springs=attached_points(solid),
         excited=np.column_stack([np.zeros((solid.owned, 0)), *(column for column, _ in found)]),
         sizes=np.array([size for _, size in found], float),
@@ -65,7 +60,6 @@ def driven(
         damping=dampers.forces,
         gap_motion=gap_motion,
     )
-    return driven_basis(modes, places, operators_of(solid, interface, solver))
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ follows the square of the followed mode statically is of third order there, and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,6 +53,34 @@ class Bounce:
     spring: float
     reach: float
     amplitude: float
+
+    @classmethod
+    def of(cls, model: ReducedModel, mode: int, largest_ratio: float) -> Bounce:
+        """A mode of a model at an energy.
+
+        Args:
+            model: Model; gaps are positive.
+            mode: Index of the mode.
+            largest_ratio: Its energy over that of grazing.
+        """
+        rest = model.at_rest()
+        reach = rest.amplitude(mode)
+        touches = rest.at_one(mode) != "nearest approach"
+        return cls(
+            omega=float(model.omega[mode]),
+            spring=float(model.Phi[rest.first(mode), mode]) ** 2 / _give(model, mode),
+            reach=reach if touches else np.inf,
+            amplitude=reach * float(np.sqrt(largest_ratio)),
+        )
+
+    @property
+    def frequency_ratio(self) -> float:
+        """Its frequency over that without contact."""
+        return np.pi / (self.omega * self._turn(self.reach)[1])
+
+    def at(self, ratio: float) -> Bounce:
+        """The same at an energy over that of grazing, of a mode that touches."""
+        return replace(self, amplitude=self.reach * float(np.sqrt(ratio)))
 
     @property
     def largest(self) -> float:
@@ -103,19 +131,10 @@ class Along:
             mode: Index of the followed mode.
             largest_ratio: Largest energy asked for, over that of grazing.
         """
-        rest = model.at_rest()
-        point, reach = rest.first(mode), rest.amplitude(mode)
-        give = (model.Phi[point] / model.omega) ** 2
-        S = float(model.R[point, point] + give.sum() - give[mode])
-        shape, amplitude = abs(float(model.Phi[point, mode])), reach * np.sqrt(largest_ratio)
-        touches = rest.at_one(mode) != "nearest approach"
-        bounce = Bounce(
-            omega=float(model.omega[mode]),
-            spring=shape**2 / S,
-            reach=reach if touches else np.inf,
-            amplitude=float(amplitude),
-        )
-        force = shape * (bounce.largest - reach) / S if touches and amplitude > reach else 0.0
+        rest, bounce = model.at_rest(), Bounce.of(model, mode, largest_ratio)
+        point, reach, amplitude = rest.first(mode), rest.amplitude(mode), bounce.amplitude
+        beyond = bounce.largest - reach if reach < amplitude and np.isfinite(bounce.reach) else 0.0
+        force = abs(float(model.Phi[point, mode])) * beyond / _give(model, mode)
         pushed = np.abs(model.Phi[point]) / model.omega**2 * force
         moved = pushed * _amplified(model.omega / bounce.omega) + _driven(model, mode, amplitude)
         moved[mode] = 0.0
@@ -136,6 +155,13 @@ class Along:
             abs(Theta[own, other]) * self.bounce.largest * x + abs(Theta[other, other]) * x**2 / 2
         )
         return float(closing / model.gap[self.point])
+
+
+def _give(model: ReducedModel, mode: int) -> float:
+    """S of the first contact point of a mode, in m/N."""
+    point = model.at_rest().first(mode)
+    give = (model.Phi[point] / model.omega) ** 2
+    return float(model.R[point, point] + give.sum() - give[mode])
 
 
 def _driven(model: ReducedModel, mode: int, a: float) -> Array:

@@ -34,12 +34,8 @@ from fenics_nnm.response.phase_resonance import damped_backbone
 from fenics_nnm.response.point import ResponsePoint
 from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.driven import (
-    drive_harmonics,
-    driven_linear,
-    response_frequencies,
-    structure_from,
-)
+from fenics_nnm.structure.driven import driven_linear, structure_from
+from fenics_nnm.structure.driven_frequencies import drive_harmonics, response_frequencies
 from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.study import Study
 from fenics_nnm.study.resolution import Resolution

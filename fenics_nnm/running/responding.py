@@ -36,7 +36,8 @@ from fenics_nnm.results.response_resume import (
 )
 from fenics_nnm.running.headers import header_of
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.driven import assert_drivable, driven_motions, reported_frequencies
+from fenics_nnm.structure.driven import assert_drivable, driven_motions
+from fenics_nnm.structure.driven_frequencies import reported_frequencies
 from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.study import Study
 from fenics_nnm.study.inputs import input_digests

@@ -8,11 +8,8 @@ from dataclasses import replace
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.arrays import Array
 from fenics_nnm.errors import StudyError
 from fenics_nnm.mechanics.fourier import FourierSeries
-from fenics_nnm.mechanics.hysteretic import HystereticPart
-from fenics_nnm.mechanics.linear_part import LinearPart, RatedPart
 from fenics_nnm.mechanics.moving_gap import GapMotion
 from fenics_nnm.reduction.driven import DrivenBasis
 from fenics_nnm.response.instead import Instead, instead
@@ -28,13 +25,18 @@ from fenics_nnm.response.structure import (
 from fenics_nnm.response.watched import Place, Watched
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import structure_of
+from fenics_nnm.structure.damped_part import damped_part
+from fenics_nnm.structure.driven_frequencies import (
+    drive_harmonics,
+    driving_orders,
+    response_frequencies,
+    speed_per_hertz,
+    wanted_frequencies,
+)
 from fenics_nnm.structure.driven_linear import DrivenLinear
 from fenics_nnm.structure.motions import assert_without_coriolis
 from fenics_nnm.study import Study
 from fenics_nnm.study.driven import base_order
-
-#: Frequencies that differ by less than this part are the same.
-_SAME = 1e-9
 
 #: Sections that a response needs, besides damping of some kind and those of every study.
 _NEEDED = ("excitation", "response")
@@ -79,7 +81,7 @@ def structure_from(study: Study, basis: DrivenBasis) -> DrivenStructure:
     turns = np.array([each.turn for each in study.excitation])
     structure = DrivenStructure(
         model=model,
-        linear=_linear(study, basis),
+        linear=damped_part(study, model.omega, basis.rate, basis.modes),
         drive=Drive(basis.excited, basis.sizes * turns, harmonics, basis.bent[:excited]),
         watched=_watched(study, basis),
         forces=(*model.kinematics.forces, *basis.forces),
@@ -118,7 +120,7 @@ def _gap_motion(study: Study, basis: DrivenBasis) -> GapMotion:
     motion = basis.gap_motion
     if not motion.moves:
         return motion
-    base = base_order(_orders(study))
+    base = base_order(driving_orders(study))
     found = replace(motion, harmonics=tuple(n // base for n in motion.harmonics))
     if found.highest > study.resolution.harmonics:
         raise StudyError(
@@ -210,70 +212,6 @@ def _backbone(
         )
 
 
-def response_frequencies(study: Study) -> Array:
-    """Frequencies in Hz of the response, with those whose motions are reported, shape (f,)."""
-    wanted = wanted_frequencies(study)
-    far = [each for each in reported_frequencies(study) if np.abs(wanted / each - 1).min() > _SAME]
-    return np.sort([*wanted, *far])
-
-
-def reported_frequencies(study: Study) -> tuple[float, ...]:
-    """Frequencies in Hz whose motions a study wants files of; none: the highest peaks."""
-    assert study.response is not None  # refused by `driven_linear`
-    unit = 1.0 if study.response.frequencies is not None else speed_per_hertz(study)
-    return tuple(value / unit for value in study.response.report_at)
-
-
-def wanted_frequencies(study: Study) -> Array:
-    """Frequencies in Hz that a study asks for, shape (f,)."""
-    assert study.response is not None  # refused by `driven_structure`
-    if study.response.frequencies is not None:
-        return study.response.frequencies.values
-    assert study.response.speeds is not None  # one of the two is given
-    return study.response.speeds.values / speed_per_hertz(study)
-
-
-def speed_per_hertz(study: Study) -> float:
-    """Speed in rad/s that goes with a frequency of 1 Hz; nan where they are not tied."""
-    orders = _orders(study)
-    return 2 * np.pi / base_order(orders) if orders else float("nan")
-
-
-def _orders(study: Study) -> tuple[int, ...]:
-    """Multiples of the speed that drive it, none where frequencies are given."""
-    engine = (each.order for each in study.excitation if each.order is not None)
-    return (*engine, *study.contact.passing_orders)
-
-
-def drive_harmonics(study: Study) -> tuple[int, ...]:
-    """Harmonics of the frequency of the response at which the forces act.
-
-    Raises:
-        StudyError: if engine orders and speeds do not go together, or no force changes.
-    """
-    assert study.response is not None  # refused before
-    orders, by_speed = _orders(study), study.response.speeds is not None
-    passing = study.contact.passing_orders
-    if by_speed and len(orders) - len(passing) < len(study.excitation):
-        raise StudyError("response.speeds: needs excitation.order in every [[excitation]]")
-    if passing and not by_speed:
-        raise StudyError(
-            "response.frequencies: gaps that move follow the speed of rotation: needs "
-            "response.speeds"
-        )
-    if orders and not by_speed:
-        raise StudyError(
-            f"excitation.order = {orders[0]}: is a multiple of the speed: needs response.speeds"
-        )
-    base = base_order(orders) if orders else 1
-    found = tuple(
-        each.harmonic if each.order is None else each.order // base for each in study.excitation
-    )
-    if not any(found) and not passing:
-        raise StudyError("excitation.harmonic = 0: must be positive in one [[excitation]] at least")
-    return found
-
-
 def _harmonics(study: Study) -> tuple[int, ...]:
     """The same, all of which the series has.
 
@@ -287,17 +225,6 @@ def _harmonics(study: Study) -> tuple[int, ...]:
             "highest harmonic of the excitation"
         )
     return found
-
-
-def _linear(study: Study, basis: DrivenBasis) -> LinearPart:
-    """Stiffness, inertia and damping."""
-    omega, rate = basis.model.omega, basis.rate
-    if study.damping is None:
-        return RatedPart(omega, rate)
-    rate = rate + study.damping.rate(omega, basis.modes)
-    loss = study.damping.loss(omega, basis.modes)
-    rated = RatedPart(omega, rate)
-    return HystereticPart(rated, loss) if loss.any() else rated
 
 
 def _watched(study: Study, basis: DrivenBasis) -> Watched:

@@ -16,7 +16,7 @@ from fenics_nnm.fem.cached_modes import kept_modes
 from fenics_nnm.fem.contact import ContactInterface, interface_at
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
 from fenics_nnm.fem.deflection import BodyForces
-from fenics_nnm.fem.driven import Others, driven
+from fenics_nnm.fem.driven import Others, driven_places
 from fenics_nnm.fem.gathering import gathered_basis, gathering
 from fenics_nnm.fem.gyroscopic import coriolis_frequencies
 from fenics_nnm.fem.harmonic import HarmonicSolver
@@ -33,6 +33,7 @@ from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fem.solid import Solid, assemble_solid
 from fenics_nnm.fem.static_state import loaded
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
+from fenics_nnm.reduction.driven import driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
@@ -44,7 +45,7 @@ from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.damped_body import rows_of_body
 from fenics_nnm.structure.damped_rows import DampedRows
 from fenics_nnm.structure.driven_body import DrivenBody
-from fenics_nnm.structure.driven_kinematics import bent_modes, with_kinematics
+from fenics_nnm.structure.driven_kinematics import bent_modes, modal_motions, with_kinematics
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.frequencies import frequencies_of
@@ -137,20 +138,21 @@ class MeshStructure:
         report_notes(solid.tagged.notes, comm)
         pushes = tuple(excitations_of(study, solid.tagged.dim))
         others = Others(dashpots_of(study, solid.tagged.dim), monitors_of(study, solid.tagged.dim))
+        places = driven_places(solid, interface, pushes, others, gap_motion)
         with stages.stage("factors"):
             found = _modal_solver(study, solid)
         with found as solver:
             with stages.stage("modes"):
                 modes = kept_modes(solid, solver, mode_count(study, None, solver.free))
-            chosen = assembled.sites, choices, interface
-            own = bent_modes(study, solid, chosen, modes, solver, stages)
+            chosen, operators = (
+                (assembled.sites, choices, interface),
+                operators_of(solid, interface, solver),
+            )
+            moved = modal_motions(study, modes, places, operators)
+            own = bent_modes(study, solid, chosen, modes, moved, solver, stages)
             with stages.stage("attachments"):
                 basis = with_kinematics(
-                    study,
-                    own,
-                    lambda modes: driven(
-                        solid, interface, pushes, others, modes, solver, gap_motion
-                    ),
+                    study, own, lambda modes: driven_basis(modes, places, operators)
                 )
         return DrivenBody(solid, interface, basis)
 

@@ -15,7 +15,7 @@ from fenics_nnm.errors import StudyError
 from fenics_nnm.response.simulation import Settled, Simulation, settled, simulation
 from fenics_nnm.response.structure import DrivenStructure
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.driven import wanted_frequencies
+from fenics_nnm.structure.driven_frequencies import wanted_frequencies
 from fenics_nnm.study import Study
 from fenics_nnm.time_domain.driven_flow import driven_flow
 

@@ -118,6 +118,7 @@ def massless_reduction(
         shapes=shapes,
         residual_shapes=residual_shapes,
         truncation=truncation,
+        added=len(omega) - modes.free,
         forces=points.forces(attached),
         attached=attached,
     )

@@ -10,9 +10,19 @@ With f the internal force of the structure at its state of rest, phi_i the maste
     Theta_c,ij = closing of contact point c by theta_ij + curvature of its obstacle,
 
 beta symmetrised, see `mechanics.second_order`. What theta would share with modes that are no
-masters is in the coordinates of these, moved by alpha. S. R. Idelsohn, A. Cardona, Comput. Methods
-Appl. Mech. Eng. 49 (1985) 253-279; S. Jain, P. Tiso, J. B. Rutzmoser, D. J. Rixen, Comput. Struct.
-188 (2017) 80-94.
+masters is in the coordinates of these, moved by alpha.
+
+Shapes r that were added to the modes for springs that are not linear are orthogonal to them, and to
+each other, in K and in M, but they are no modes: with m_rjk = r . M K^-1 f''[phi_j, phi_k], what
+theta would share with them,
+
+    r . K theta_jk = omega_r^2 m_rjk - r . f''[phi_j, phi_k]
+
+is not zero as for modes, so that alpha_rjk = omega_r^2 m_rjk / 2, and beta grows by the symmetric
+part of (r . K theta_ij) m_rkl / 2; see also `SecondOrder.among_more`.
+
+S. R. Idelsohn, A. Cardona, Comput. Methods Appl. Mech. Eng. 49 (1985) 253-279; S. Jain, P. Tiso, J.
+B. Rutzmoser, D. J. Rixen, Comput. Struct. 188 (2017) 80-94.
 """
 
 from __future__ import annotations
@@ -91,16 +101,24 @@ def modal_derivatives(
         deflection: What large deflection adds to it.
 
     Raises:
-        ModelError: if the tensors lack a symmetry: the internal force has no potential.
+        ModelError: if the tensors lack a symmetry: the internal force has no potential; or if a
+            master is no mode.
     """
+    if masters[-1] >= reduction.free:
+        raise ModelError(
+            f"mode {masters[-1] + 1} is a shape of a spring or an excitation: masters must be "
+            f"among the {reduction.free} modes"
+        )
     shapes, pairs = reduction.shapes, Pairs.of(len(masters))
     phi, place = shapes[:, masters], pairs.place
     forces = deflection.second(phi)
     raw = operators.static(forces)
     inertia = operators.mass(raw)
+    shared = operators.inner(shapes, inertia)
     theta = -raw
-    theta += shapes @ operators.inner(shapes, inertia)
-    alpha = operators.inner(shapes, forces)[:, place] / 2
+    theta += shapes @ shared
+    pulled, stretched = _added(reduction, operators.inner(shapes, forces), shared)
+    alpha = pulled[:, place] / 2
     size = _norm(operators.inner, phi) * _norm(operators.inner, forces)
     alpha[masters] = _of_potential("second", alpha[masters], size)
     both = place[:, :, None, None], place
@@ -109,11 +127,29 @@ def modal_derivatives(
         masters=masters,
         Theta=operators.contact(theta)[:, place] + deflection.obstacle(phi),
         alpha=alpha,
-        beta=cubic / 6 + symmetrised(operators.gram(theta, forces)[both]) / 2,
+        beta=cubic / 6 + symmetrised((operators.gram(theta, forces) + stretched)[both]) / 2,
         # M theta: what theta lacks of -raw is M-orthogonal to it
         D=_not_negative(operators.gram(theta, -inertia), operators.gram(raw, inertia))[both],
     )
     return ModalDerivatives(order, theta)
+
+
+def _added(reduction: Reduction, pulled: Array, shared: Array) -> tuple[Array, Array]:
+    """Quadratic forces on all coordinates, and what shapes that are no modes add to beta.
+
+    Args:
+        reduction: Reduced model.
+        pulled: Forces along its shapes, (shape) . f''[phi_j, phi_k], by pairs, shape (J, p).
+        shared: What theta would share with them, (shape) . M K^-1 f''[phi_j, phi_k], (J, p).
+
+    Returns:
+        Twice alpha by pairs, shape (J, p), and (r . K theta) m, shape (p, p).
+    """
+    own = slice(reduction.free, None)
+    forces = reduction.model.omega[own, None] ** 2 * shared[own]
+    found = pulled.copy()
+    found[own] = forces
+    return found, (forces - pulled[own]).T @ shared[own]
 
 
 def _not_negative(gram: Array, whole: Array) -> Array:

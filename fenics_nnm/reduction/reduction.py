@@ -36,6 +36,7 @@ class Reduction:
         bent_shapes: theta_ij of pairs i <= j of masters, (0, 0), (0, 1) .. (1, 1) and so on, in
             1/(kg m), shape (n, k (k + 1) / 2); none with linear kinematics.
         choice: Which kinematics it has, and why.
+        added: So many of the last shapes were added for points with forces, and are no modes.
     """
 
     model: ReducedModel
@@ -46,6 +47,12 @@ class Reduction:
     attached: Array = field(default_factory=lambda: np.zeros((0, 0)))
     bent_shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
     choice: KinematicsChoice = UNASKED
+    added: int = 0
+
+    @property
+    def free(self) -> int:
+        """Number of free modes among the coordinates of the model, which come first."""
+        return self.model.modes - self.added
 
     def displacement(self, q: Array, force: Array) -> Array:
         """Displacement u in m, shape (n,), of coordinates (J,) and contact forces in N (n_c,)."""

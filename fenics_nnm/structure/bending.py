@@ -121,7 +121,7 @@ def of_mode_alone(reduction: Reduction, mode: int) -> Reduction:
     model = reduction.model
     omega, Phi = model.omega[[mode]], model.Phi[:, [mode]]
     alone = replace(model, omega=omega, Phi=Phi)
-    return replace(reduction, model=alone, shapes=reduction.shapes[:, [mode]])
+    return replace(reduction, model=alone, shapes=reduction.shapes[:, [mode]], added=0)
 
 
 def deflection_of(body: Bendable) -> Deflection:

@@ -164,7 +164,7 @@ def _masters(masters: Sequence[int], straight: Reduction) -> Indices:
     Raises:
         ModelError: if one is no mode of the model.
     """
-    modes = straight.model.modes
+    modes = straight.free
     if masters[-1] > modes:
         raise ModelError(
             f"body.masters: {masters[-1]} must not be above the number of modes, {modes}"

@@ -130,6 +130,7 @@ def _expected(body: Bendable, bending: Bending, along: Along) -> Array:
     second = np.linalg.norm(theta, axis=1).max() * a**2 / 2 / float(model.gap[along.point])
     steeper = np.sqrt(np.maximum(model.omega / model.omega[mode], 1.0))
     shares = largest * along.amplitudes / (largest[mode] * a)
+    shares[bending.straight.free :] = 0.0  # shapes of springs are no modes
     return np.array([along.bounce.frequency_change(2 * second * each) for each in steeper * shares])
 
 

@@ -53,11 +53,12 @@ def bending_of(study: MeshStudy, body: Bendable, solver: ModalSolver, stages: St
         stages: Timings and progress.
 
     Raises:
-        ModelError: if second order is asked for, and gaps are not positive.
+        ModelError: if second order is asked for, and gaps are not positive, or constraints are
+            those of small rotations.
     """
     straight, mode = body.reduction, study.mode.number - 1
     if study.body.kinematics == "second-order":
-        _assert_open(straight)
+        _assert_bends(straight, body)
     elif _why_unknown(study, straight):
         return Bending(straight, straight, mode)
     with stages.stage("second order"):
@@ -172,8 +173,11 @@ def _masters(masters: Sequence[int], straight: Reduction) -> Indices:
     return np.array(masters) - 1
 
 
-def _assert_open(straight: Reduction) -> None:
-    """Refuse second order with gaps that are not positive.
+def _assert_bends(straight: Reduction, body: Bendable) -> None:
+    """Refuse second order with gaps that are not positive, and with constraints.
+
+    Nodes that follow a point by a linear rotation move apart in second order: a rigid end of a
+    slender beam makes it a hundred times as stiff in fourth order as it is.
 
     Raises:
         ModelError: if there are some.
@@ -182,6 +186,14 @@ def _assert_open(straight: Reduction) -> None:
         raise ModelError(
             'body.kinematics = "second-order": second order needs gaps that are positive'
         )
+    if found := _constrained(body):
+        raise ModelError(f'body.kinematics = "second-order": {found}: must be "auto" or "linear"')
+
+
+def _constrained(body: Bendable) -> str:
+    """Which constraints do not go with second order, or nothing."""
+    keys = body.solid.system.keys
+    return f"constraints ({keys[0]}) are those of small rotations" if keys else ""
 
 
 def _why_unknown(study: MeshStudy, straight: Reduction) -> str:
@@ -200,8 +212,8 @@ def _hindrance(study: MeshStudy, linear: Bendable) -> str:
         return "full order is linear but for contact"
     if study.carries_mass:
         return 'second order needs reduction.method = "massless"'
-    if linear.solid.system.keys:
-        return f"constraints ({linear.solid.system.keys[0]}) are those of small rotations"
+    if found := _constrained(linear):
+        return found
     if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
         return f"second order needs mode.samples above 4 mode.harmonics = {4 * int(harmonics)}"
     return ""

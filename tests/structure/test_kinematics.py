@@ -106,6 +106,13 @@ def test_what_cannot_be_of_second_order_is_linear_and_says_how_much_it_lacks(
     assert "kinematics are linear, and second order would change" in found.choice.doubt
 
 
+def test_rigid_facets_refuse_second_order() -> None:
+    """A linear rotation makes them larger: beta would be 708 omega^2, and is 2.5 omega^2 without."""
+    rigid = {"rigid": [{"facets": "right", "at": [1.0, 0.01]}], "contact": {"points": 1}}
+    with pytest.raises(ModelError, match=r"second-order.*constraints \(rigid\) .* must be .auto"):
+        body("second-order", **rigid)
+
+
 def test_driven_motions_are_doubted_as_those_of_a_branch(tmp_path: Path) -> None:
     """The same number as for a branch; motions without contact, and failed ones, are left alone."""
     driven = {

@@ -107,7 +107,7 @@ def test_what_cannot_be_of_second_order_is_linear_and_says_how_much_it_lacks(
 
 
 def test_rigid_facets_refuse_second_order() -> None:
-    """A linear rotation makes them larger: beta would be 708 omega^2, and is 2.5 omega^2 without."""
+    """A linear rotation makes them larger: beta would be 708 omega^2 in place of 2.5 omega^2."""
     rigid = {"rigid": [{"facets": "right", "at": [1.0, 0.01]}], "contact": {"points": 1}}
     with pytest.raises(ModelError, match=r"second-order.*constraints \(rigid\) .* must be .auto"):
         body("second-order", **rigid)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from fenics_nnm.commands.amounts import EXAMPLES, add_amounts, amounts_of
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -28,14 +29,6 @@ if TYPE_CHECKING:
 
 Found = TypeVar("Found")
 
-#: Options by which points of a run are named, with an example of each.
-EXAMPLES = {
-    "amplitude": "2mm",
-    "energy": "1.2J",
-    "stress": "300MPa",
-    "frequency": "410Hz",
-}
-
 #: Fields that have to be asked for.
 _LEFT_OUT = [name for name in FIELDS if name not in DEFAULT_FIELDS]
 
@@ -55,13 +48,7 @@ def add_to(commands: Commands) -> None:
     export.add_argument(
         "--gamma", type=float, nargs="+", metavar="RATIO", help="gamma ratios, of a run"
     )
-    for name, example in EXAMPLES.items():
-        export.add_argument(
-            f"--{name}",
-            nargs="+",
-            metavar="VALUE",
-            help=f"{name} with its unit, as in {example}, of a run",
-        )
+    add_amounts(export, ", of a run")
     export.add_argument(
         "--at", type=float, nargs="+", metavar="HZ", help="frequencies, of a response"
     )
@@ -112,7 +99,7 @@ def _export(arguments: argparse.Namespace) -> int:
 def _export_branch(arguments: argparse.Namespace) -> int:
     from fenics_nnm.fields.export import export, export_points
 
-    sought = _sought(arguments)
+    sought = list(amounts_of(arguments).values())
     if not sought:
         ratios = _numbers("gamma", arguments.gamma)
         found = _written(arguments, "branch.h5", export, ratios, _line)
@@ -147,28 +134,6 @@ def _written_of(
     return far
 
 
-def _sought(arguments: argparse.Namespace) -> list[Sought]:
-    """Values of quantities that are wanted.
-
-    Raises:
-        StudyError: if one is no amount of its quantity.
-    """
-    from fenics_nnm.backbone.quantities import UNITS, Sought
-    from fenics_nnm.geometry.amounts import amount
-
-    found = []
-    for name in EXAMPLES:
-        for text in getattr(arguments, name) or ():
-            try:
-                value, _ = amount(text, UNITS[name])
-            except ValueError as error:
-                raise StudyError(f"--{name} {text}: {error}") from error
-            if not 0 < value < math.inf:
-                raise StudyError(f"--{name} {text}: must be positive")
-            found.append(Sought(name, value))
-    return found
-
-
 def _missing(ratios: Sequence[float], found: Sequence[BranchPoint]) -> list[str]:
     far = _far(ratios, [point.gamma_ratio for point in found])
     return [
@@ -182,7 +147,7 @@ def _export_response(arguments: argparse.Namespace) -> int:
     from fenics_nnm.results.response_file import NAME
 
     for option in ("gamma", *EXAMPLES):
-        if getattr(arguments, option) is not None:
+        if getattr(arguments, option):
             raise StudyError(
                 f"--{option}: is for a run: of a response name frequencies in Hz by --at"
             )

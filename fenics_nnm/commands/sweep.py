@@ -8,6 +8,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fenics_nnm.commands.amounts import add_amounts, amounts_of
 from fenics_nnm.commands.shared import (
     DONE,
     INCOMPLETE,
@@ -59,6 +60,7 @@ def add_to(commands: Commands) -> None:
         metavar="RATIO",
         help="gamma ratios in the table (default: continuation.report_at)",
     )
+    add_amounts(sweep, ": each study has a point there, and the table its columns")
     sweep.add_argument(
         "--output",
         type=Path,
@@ -109,6 +111,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
 
 
 def _planned(arguments: argparse.Namespace) -> Plan:
+    from fenics_nnm.sweep.asked import Asked
     from fenics_nnm.sweep.backbones import Backbones
     from fenics_nnm.sweep.plan import plan
     from fenics_nnm.sweep.responses import Responses
@@ -121,14 +124,15 @@ def _planned(arguments: argparse.Namespace) -> Plan:
         kind,
         table=arguments.table,
         zipped=arguments.zip,
-        ratios=arguments.gamma,
+        asked=Asked(tuple(arguments.gamma), tuple(amounts_of(arguments))),
     )
 
 
 def _list(console: Console, sweep: Sweep) -> int:
     """Print a command for each study that is not done."""
     for case in sweep.left:
-        settings = [word for each in case.settings for word in ("--set", each.argument)]
+        made = (*sweep.plan.common, *case.settings)
+        settings = [word for each in made for word in ("--set", each.argument)]
         words = [str(sweep.plan.file), *settings, "--output", str(case.folder), "--resume"]
         show(console, shlex.join(["fenics-nnm", sweep.plan.kind.command, *words]))
     done = len(sweep.plan.cases) - len(sweep.left)

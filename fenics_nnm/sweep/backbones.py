@@ -24,6 +24,7 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.structure.motions import wanted_motions
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
 from fenics_nnm.study import Study
+from fenics_nnm.sweep.asked import Asked
 from fenics_nnm.sweep.case import EXTREMES, SAME_RATIO, Case, Outcome, Plan, RunState, TableRow
 from fenics_nnm.sweep.cells import printed
 from fenics_nnm.sweep.outcome import state_of_ended
@@ -44,15 +45,15 @@ class Backbones:
     def assert_possible(self, study: Study) -> None:
         """Every study has a mode."""
 
-    def ratios(self, cases: Sequence[Case], asked: Sequence[float]) -> tuple[float, ...]:
+    def ratios(self, cases: Sequence[Case], asked: Asked) -> tuple[float, ...]:
         """Gamma ratios for the table, each of which the studies have a point at."""
         reported = {ratio for case in cases for ratio in case.study.continuation.report_at}
-        for ratio in asked:
+        for ratio in asked.ratios:
             if not math.isfinite(ratio) or ratio <= 0:
                 raise StudyError(f"--gamma {ratio:g}: must be a positive number")
             for case in cases:
                 _assert_has_point(case, ratio)
-        return tuple(sorted(set(asked) or reported))
+        return tuple(sorted(set(asked.ratios) or reported))
 
     def state(self, case: Case) -> RunState:
         """How far a study is."""

@@ -19,6 +19,7 @@ from fenics_nnm.structure.shared_analysis import SharedAnalysis
 from fenics_nnm.study import Study
 from fenics_nnm.study.settings import Setting, shown_settings
 from fenics_nnm.study.units import in_its_unit
+from fenics_nnm.sweep.asked import Asked
 
 Settings = tuple[Setting, ...]
 
@@ -152,6 +153,7 @@ class Plan:
         keys: Keys that are set, in the order of the command line.
         cases: The studies.
         ratios: Gamma ratios that the table gives the frequency at, ascending; none of responses.
+        common: Keys that all studies have besides their own: points that the sweep asks for.
     """
 
     file: Path
@@ -159,6 +161,7 @@ class Plan:
     keys: tuple[str, ...]
     cases: tuple[Case, ...]
     ratios: tuple[float, ...]
+    common: Settings = ()
 
     @property
     def kind(self) -> Kind:
@@ -180,11 +183,11 @@ class Kind(Protocol):
             StudyError: with the reason.
         """
 
-    def ratios(self, cases: Sequence[Case], asked: Sequence[float]) -> tuple[float, ...]:
+    def ratios(self, cases: Sequence[Case], asked: Asked) -> tuple[float, ...]:
         """Gamma ratios for the table, ascending.
 
         Raises:
-            StudyError: if an asked one cannot be had.
+            StudyError: if an asked one, or an amount, cannot be had.
         """
 
     def state(self, case: Case) -> RunState:

@@ -6,6 +6,7 @@ import hashlib
 import itertools
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,11 @@ from fenics_nnm.study.inputs import input_files
 from fenics_nnm.study.reading import read_values
 from fenics_nnm.study.settings import Setting, settings_from, shown_settings, study_with
 from fenics_nnm.study.toml_text import toml_value
+from fenics_nnm.sweep.asked import Asked
 from fenics_nnm.sweep.case import Case, Kind, Plan, Settings
 from fenics_nnm.sweep.settings_table import read_table
+
+_NOTHING = Asked()
 
 #: Longest name of a folder; longer ones are cut.
 _LONGEST = 100
@@ -29,7 +33,7 @@ def plan(
     *,
     table: Path | None = None,
     zipped: bool = False,
-    ratios: Sequence[float] = (),
+    asked: Asked = _NOTHING,
 ) -> Plan:
     """Combine values and check all studies that they make.
 
@@ -41,7 +45,7 @@ def plan(
         table: A CSV file whose rows are combined with the lists: keys in its first row.
         zipped: Take the first values of all lists together, then the second ones, and so on,
             in place of all combinations.
-        ratios: Gamma ratios for the table; those that the studies report if none are given.
+        asked: Points for the table; without ratios those that the studies report.
 
     Raises:
         StudyError: if a key or value is wrong, a study would come twice, or a ratio has no point.
@@ -51,13 +55,30 @@ def plan(
     rows = read_table(table) if table else ((),)
     if not settings and not table:
         raise StudyError("nothing to sweep: give --set KEY=VALUE,VALUE,... or --table FILE.csv")
-    _assert_keys_differ([items[0].key for items in settings], [each.key for each in rows[0]])
+    keys = [*(items[0].key for items in settings), *(each.key for each in rows[0])]
+    _assert_keys_differ(keys)
+    common = asked.settings(values, keys)
     combinations = [
         (*row, *chosen) for row in rows for chosen in _combined(settings, zipped=zipped)
     ]
-    cases = tuple(_cases(values, file, folder, combinations, kind))
-    keys = tuple(setting.key for setting in combinations[0])
-    return Plan(file, folder, keys, cases, kind.ratios(cases, ratios))
+    cases = tuple(_cases(Base(file, values, common), folder, combinations, kind))
+    ordered = tuple(setting.key for setting in combinations[0])
+    return Plan(file, folder, ordered, cases, kind.ratios(cases, asked), common)
+
+
+@dataclass(frozen=True, slots=True)
+class Base:
+    """What all studies are made from.
+
+    Attributes:
+        file: Study file.
+        values: Its values.
+        common: Keys that all studies have anew.
+    """
+
+    file: Path
+    values: dict[str, Any]
+    common: Settings
 
 
 def _combined(lists: Sequence[Settings], *, zipped: bool) -> list[Settings]:
@@ -70,8 +91,7 @@ def _combined(lists: Sequence[Settings], *, zipped: bool) -> list[Settings]:
     return list(zip(*lists, strict=True)) if lists else [()]
 
 
-def _assert_keys_differ(*groups: Sequence[str]) -> None:
-    keys = [key for group in groups for key in group]
+def _assert_keys_differ(keys: Sequence[str]) -> None:
     for key in keys:
         if keys.count(key) > 1:
             raise StudyError(f"{key}: is set twice: give all its values in one list")
@@ -80,15 +100,11 @@ def _assert_keys_differ(*groups: Sequence[str]) -> None:
 
 
 def _cases(
-    values: dict[str, Any],
-    file: Path,
-    folder: Path,
-    combinations: Sequence[Settings],
-    kind: Kind,
+    base: Base, folder: Path, combinations: Sequence[Settings], kind: Kind
 ) -> Iterator[Case]:
     taken: dict[str, Settings] = {}
     for number, settings in enumerate(combinations, start=1):
-        study, text = study_with(values, file, settings)
+        study, text = study_with(base.values, base.file, (*base.common, *settings))
         kind.assert_possible(study)
         name = folder_name(settings)
         if name in taken:

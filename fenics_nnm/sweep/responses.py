@@ -21,6 +21,7 @@ from fenics_nnm.stages import Stages
 from fenics_nnm.structure.driven import assert_drivable
 from fenics_nnm.structure.shared_analysis import SharedAnalysis
 from fenics_nnm.study import Study
+from fenics_nnm.sweep.asked import Asked
 from fenics_nnm.sweep.case import Case, Outcome, Plan, RunState
 from fenics_nnm.sweep.cells import printed
 from fenics_nnm.sweep.levels import largest_peak, levels
@@ -42,10 +43,10 @@ class Responses:
         """Refuse a study that cannot be driven."""
         assert_drivable(study, "sweep --response")
 
-    def ratios(self, cases: Sequence[Case], asked: Sequence[float]) -> tuple[float, ...]:
+    def ratios(self, cases: Sequence[Case], asked: Asked) -> tuple[float, ...]:
         """Responses have none."""
-        if asked:
-            raise StudyError(f"--gamma {asked[0]:g}: has no effect: responses have levels")
+        for value in (*(f"--gamma {ratio:g}" for ratio in asked.ratios), *asked.amounts):
+            raise StudyError(f"{value}: has no effect: responses have levels")
         return ()
 
     def state(self, case: Case) -> RunState:

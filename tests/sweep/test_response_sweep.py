@@ -110,6 +110,7 @@ def test_it_goes_on_and_lists_what_is_left(study: Callable[..., Path], command: 
 def test_bad_input(study: Callable[..., Path], command: Command) -> None:
     study()
     command(*SWEEP, "--gamma", "1.2").assert_one_line(2, "--gamma 1.2", "responses have levels")
+    command(*SWEEP, "--stress", "1MPa").assert_one_line(2, "1MPa", "responses have levels")
     study(excitation=None)
     command(*SWEEP).assert_one_line(2, "excitation: is missing", "sweep --response")
     assert not Path("s").exists()

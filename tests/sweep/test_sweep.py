@@ -119,6 +119,22 @@ def test_gaps_scale_energies_and_leave_frequencies_alone(
     assert np.ptp(curves, axis=0).max() < 1e-8 * linear
 
 
+def test_each_study_has_a_point_at_an_amplitude(study_file: StudyFile, command: Command) -> None:
+    """Before contact the gamma ratio is (a / g)^2: the end of the rod moves most, by a."""
+    study_file(QUICK)
+    sweep = ("sweep", "study.toml", "--set", "contact.gap=1e-3,2e-3", "--amplitude", "0.95mm")
+    listed = command(*sweep, "--list").out.splitlines()
+    assert all("continuation.report_at=" in shlex.split(line)[4] for line in listed)
+    assert command(*sweep).code == 0
+    table = rows(Path("results/study-sweep"))
+    assert [row["folder"] for row in table] == ["contact.gap=0.001", "contact.gap=0.002"]
+    found = [float(row["gamma_ratio_at_amplitude_0.00095_m"]) for row in table]
+    assert np.allclose(found, [0.95**2, 0.475**2], rtol=1e-5)
+    before = stamps(Path("results/study-sweep"))
+    assert command(*sweep).code == 0
+    assert stamps(Path("results/study-sweep")) == before
+
+
 def test_pictures_show_the_curves_with_units(
     study_file: StudyFile, command: Command, drawn: dict[str, Figure]
 ) -> None:
@@ -294,6 +310,11 @@ def test_an_interrupted_study_goes_on(
         (["--set", "contact.gap=1e-3", "--set", "contact.gap=2e-3"], ["is set twice"]),
         (["--set", "output.folder=a,b"], ["output.folder", "--output"]),
         (["--set", "contact.gap=1e-3", "--gamma", "1.15"], ["--gamma 1.15", "1.1 and 1.2"]),
+        (["--set", "contact.gap=1e-3", "--amplitude", "2MPa"], ["--amplitude 2MPa", "unit"]),
+        (
+            ["--set", "continuation.report_at=[1.0]", "--stress", "1MPa"],
+            ["1MPa", "--set continuation.report_at", "one place"],
+        ),
         (["--set", "contact.gap=1e-3", "--jobs", "0"], ["--jobs 0", "at least 1"]),
         (["--set", "mesh.model=plate"], ["mesh.", "plate"]),
         ([], ["nothing to sweep", "--set"]),

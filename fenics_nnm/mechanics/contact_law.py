@@ -6,12 +6,13 @@ only the points in contact, so it is one small matrix a sample, made where it is
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
+from fenics_nnm.mechanics.few_points import FewPoints
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.instants import SAMPLES, Instants
 from fenics_nnm.mechanics.near_contact import NearContact
@@ -28,11 +29,29 @@ class LocalFlexibility(Protocol):
     def stiffness(self, sets: Mask, shapes: Array) -> Array:
         """Phi_A^T F_AA^-1 Phi_A for sets A, shape (s_a, n_c), and shapes Phi, shape (n_c, J)."""
 
-    def known_of(self, R: Array) -> NearContact | None:
+    def known_of(self, R: Array) -> KnownFlexibility | None:
         """What is known of the flexibility R already, or nothing."""
 
     def light(self) -> LocalFlexibility:
         """The same without what can be computed again."""
+
+
+class KnownFlexibility(LocalFlexibility, Protocol):
+    """A flexibility of points without mass, with what is known of it already."""
+
+    def about(self, excess: Array) -> KnownFlexibility:
+        """It for displacements beyond the gaps of shape (s, n_c)."""
+
+    def forces(self, excess: Array, guess: Mask | None = None) -> tuple[Array, KnownFlexibility]:
+        """Forces lambda at s samples, shape (s, n_c), and what is known then.
+
+        Args:
+            excess: e, shape (s, n_c).
+            guess: Points that may be in contact, shape (s, n_c), if known.
+
+        Raises:
+            numpy.linalg.LinAlgError: if R is singular to round-off.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,10 +195,17 @@ class Complementarity:
     Attributes:
         R: Residual flexibility, shape (n_c, n_c).
         gap: Gaps, shape (n_c,).
+        flexibility: R with what is known of it at first.
     """
 
     R: Array
     gap: Array
+    flexibility: KnownFlexibility = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        few = FewPoints.suits(self.R)
+        flexibility = FewPoints.of(self.R) if few else NearContact.whole(self.R)
+        object.__setattr__(self, "flexibility", flexibility)
 
     def __call__(
         self, free_displacement: Array, near: ContactForces | None = None
@@ -200,6 +226,6 @@ class Complementarity:
             return ContactForces.alone(force)
         guess = None if near is None else near.force[pushed] > 0
         known = near.local.known_of(self.R) if near is not None and near.local else None
-        flexibility = known or NearContact.at(self.R, excess[pushed])
+        flexibility = known or self.flexibility.about(excess[pushed])
         force[pushed], flexibility = flexibility.forces(excess[pushed], guess)
         return ContactForces.of(force, flexibility)

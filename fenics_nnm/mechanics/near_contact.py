@@ -57,6 +57,10 @@ class NearContact:
         """All points, without copies of R."""
         return cls(R, np.arange(len(R)), SetFlexibility(R), R)
 
+    def about(self, excess: Array) -> NearContact:
+        """The points near contact at any of s samples, from e of shape (s, n_c)."""
+        return NearContact.at(self.R, excess)
+
     def known_of(self, R: Array) -> NearContact | None:
         """This, if it is of this very array."""
         return self if R is self.R else None

@@ -177,6 +177,7 @@ class FactoredSets:
 
 def compressed(chosen: Mask) -> tuple[Indices, Mask]:
     """Indices of the points chosen in each row, these first, and which are no padding."""
-    width = int(chosen.sum(axis=1).max(initial=0))
+    count = chosen.sum(axis=1)
+    width = int(count.max(initial=0))
     points = np.argsort(~chosen, axis=1, kind="stable")[:, :width]
-    return points, np.take_along_axis(chosen, points, 1)
+    return points, np.arange(width) < count[:, None]

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, Mask
-from fenics_nnm.mechanics.contact_law import ContactForces
-from fenics_nnm.mechanics.near_contact import NearContact
+from fenics_nnm.mechanics.contact_law import ContactForces, KnownFlexibility
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +34,7 @@ class Springs:
         """This: springs are all there is."""
         return self
 
-    def known_of(self, R: Array) -> NearContact | None:
+    def known_of(self, R: Array) -> KnownFlexibility | None:
         """Nothing: springs know only themselves."""
         return None
 

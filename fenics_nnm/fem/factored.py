@@ -19,12 +19,14 @@ class Factored:
 
     Attributes:
         ksp: Solver with the factors of K.
-        inertia: M without the entries that are zero.
+        system: Stiffness and mass.
+        inertia: The mass without the entries that are zero.
         comm: Ranks.
         generator: Of random displacements, of this rank.
     """
 
     ksp: PETSc.KSP
+    system: System
     inertia: PETSc.Mat
     comm: MPI.Comm
     generator: np.random.Generator
@@ -32,7 +34,8 @@ class Factored:
     @classmethod
     def of(cls, ksp: PETSc.KSP, system: System, comm: MPI.Comm) -> Factored:
         """With a generator that gives the same numbers in each run."""
-        return cls(ksp, without_zeros(system.mass), comm, np.random.default_rng(comm.rank))
+        inertia = without_zeros(system.mass)
+        return cls(ksp, system, inertia, comm, np.random.default_rng(comm.rank))
 
     @property
     def rows(self) -> int:

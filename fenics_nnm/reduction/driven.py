@@ -42,10 +42,12 @@ class DrivenPlaces:
         excited: Unit forces at the excited places, shape (n, p).
         sizes: Sizes of the forces in N, 0-peak, shape (p,).
         monitored: Unit forces at the places that are watched besides, shape (n, w).
-        dampers: Unit forces at the places of dashpots, shape (n, d).
+        dampers: Unit forces at the places of dashpots, and Coriolis forces of the lowest modes,
+            whose static displacements the modes may lack, shape (n, d).
         contact: Unit contact forces, B^T, shape (n, n_c).
         gap: Gaps of the contact points in m, shape (n_c,).
-        damping: C u in N s/m times m, of all dashpots and of a damping matrix.
+        damping: C u in N s/m times m, of all dashpots and of a damping matrix, and Coriolis
+            forces per unit rate.
         gap_motion: How gaps move, in harmonics of the speed.
     """
 
@@ -58,6 +60,20 @@ class DrivenPlaces:
     gap: Array
     damping: Product = undamped
     gap_motion: GapMotion = STILL
+
+    def turning(self, coriolis: Product, shapes: Array) -> DrivenPlaces:
+        """The same with Coriolis forces.
+
+        Args:
+            coriolis: From shapes to their Coriolis forces, but for the sign, per unit rate, in N.
+            shapes: Lowest modes, shape (n, J).
+        """
+        damping = self.damping
+        return replace(
+            self,
+            dampers=np.hstack([self.dampers, coriolis(shapes)]),
+            damping=lambda u: damping(u) + coriolis(u),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +119,8 @@ class DrivenBasis:
         monitored: The same of the places that are watched, shape (w, J').
         residual: Displacement of excited and watched places under unit contact forces that the
             modes do not bring, m/N, shape (p + w, n_c).
-        rate: Damping matrix of dashpots and of a matrix, in 1/s, shape (J', J').
+        rate: Damping matrix of dashpots and of a matrix, with Coriolis forces, in 1/s, shape
+            (J', J').
         forces: Forces of springs that are not linear.
         shapes: Displacement per modal coordinate, kg^-1/2, shape (n, J').
         residual_shapes: Displacement per contact force that the modes do not bring, m/N,

@@ -177,7 +177,7 @@ def resonances(structure: DrivenStructure, series: FourierSeries, frequencies: A
     """
     low, high = frequencies[[0, -1]]
     driving = np.array([n for n in structure.harmonics if n])
-    natural = structure.model.omega / (2 * np.pi)
+    natural = structure.natural / (2 * np.pi)
     met = np.unique(natural[:, None] / driving)
     return met[(met > low) & (met < high)]
 

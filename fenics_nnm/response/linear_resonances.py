@@ -83,6 +83,6 @@ def _grid(structure: DrivenStructure, omega: Array) -> Array:
     """Circular frequencies of which no two neighbours have two resonances between them."""
     beside = 0.5 ** np.arange(2, _CLOSEST)
     factors = np.concatenate([1 - beside, [1.0], 1 + beside])
-    natural = structure.model.omega / structure.drive.harmonics[0]
+    natural = structure.natural / structure.drive.harmonics[0]
     every = np.concatenate([omega, np.outer(natural, factors).ravel()])
     return np.unique(every[(every >= omega[0]) & (every <= omega[-1])])

@@ -13,7 +13,11 @@ from fenics_nnm.mechanics.linear_part import LinearPart
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
+from fenics_nnm.reduction.gyroscopic import gyroscopic_frequencies
 from fenics_nnm.response.watched import Place, Watched
+
+#: A damping matrix is symmetric to this part of its largest entry.
+_SYMMETRIC = 1e-9
 
 #: Why contact points that move with the modes alone cannot touch.
 NO_FLEXIBILITY = (
@@ -126,6 +130,15 @@ class DrivenStructure:
     def bends(self) -> bool:
         """Whether it has second-order kinematics."""
         return len(self.model.kinematics.masters) > 0
+
+    @property
+    def natural(self) -> Array:
+        """Natural circular frequencies in rad/s, and those with Coriolis forces besides."""
+        omega, rate = self.model.omega, self.linear.rate
+        skew = (rate - rate.T) / 2
+        if np.abs(skew).max(initial=0.0) <= _SYMMETRIC * np.abs(rate).max(initial=0.0):
+            return omega
+        return np.sort([*omega, *gyroscopic_frequencies(omega, skew)])
 
     @property
     def harmonics(self) -> tuple[int, ...]:

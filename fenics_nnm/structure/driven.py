@@ -34,7 +34,6 @@ from fenics_nnm.structure.driven_frequencies import (
     wanted_frequencies,
 )
 from fenics_nnm.structure.driven_linear import DrivenLinear
-from fenics_nnm.structure.motions import assert_without_coriolis
 from fenics_nnm.study import Study
 from fenics_nnm.study.driven import base_order
 
@@ -254,7 +253,6 @@ def assert_drivable(study: Study, command: str) -> None:
     Raises:
         StudyError: if a section is missing, or its reduction is another one.
     """
-    assert_without_coriolis(study)
     given = study.driven_sections
     missing = [name for name in _NEEDED if name not in given]
     if study.contact.passing_orders and study.automatic:

@@ -53,12 +53,12 @@ def bending_of(study: MeshStudy, body: Bendable, solver: ModalSolver, stages: St
         stages: Timings and progress.
 
     Raises:
-        ModelError: if second order is asked for, and gaps are not positive, or constraints are
-            those of small rotations.
+        ModelError: if second order is asked for, and gaps are not positive, or constraints or
+            Coriolis forces do not go with it.
     """
     straight, mode = body.reduction, study.mode.number - 1
     if study.body.kinematics == "second-order":
-        _assert_bends(straight, body)
+        _assert_bends(study, straight, body)
     elif _why_unknown(study, straight):
         return Bending(straight, straight, mode)
     with stages.stage("second order"):
@@ -173,8 +173,8 @@ def _masters(masters: Sequence[int], straight: Reduction) -> Indices:
     return np.array(masters) - 1
 
 
-def _assert_bends(straight: Reduction, body: Bendable) -> None:
-    """Refuse second order with gaps that are not positive, and with constraints.
+def _assert_bends(study: MeshStudy, straight: Reduction, body: Bendable) -> None:
+    """Refuse second order with gaps that are not positive, constraints, and Coriolis forces.
 
     Nodes that follow a point by a linear rotation move apart in second order: a rigid end of a
     slender beam makes it a hundred times as stiff in fourth order as it is.
@@ -186,7 +186,7 @@ def _assert_bends(straight: Reduction, body: Bendable) -> None:
         raise ModelError(
             'body.kinematics = "second-order": second order needs gaps that are positive'
         )
-    if found := _constrained(body):
+    if found := _constrained(body) or _turned(study):
         raise ModelError(f'body.kinematics = "second-order": {found}: must be "auto" or "linear"')
 
 
@@ -194,6 +194,12 @@ def _constrained(body: Bendable) -> str:
     """Which constraints do not go with second order, or nothing."""
     keys = body.solid.system.keys
     return f"constraints ({keys[0]}) are those of small rotations" if keys else ""
+
+
+def _turned(study: MeshStudy) -> str:
+    """Why Coriolis forces do not go with second order, if there are some."""
+    key = study.coriolis
+    return f"Coriolis forces ({key}) are those of linear kinematics" if key else ""
 
 
 def _why_unknown(study: MeshStudy, straight: Reduction) -> str:
@@ -212,7 +218,7 @@ def _hindrance(study: MeshStudy, linear: Bendable) -> str:
         return "full order is linear but for contact"
     if study.carries_mass:
         return 'second order needs reduction.method = "massless"'
-    if found := _constrained(linear):
+    if found := _constrained(linear) or _turned(study):
         return found
     if "auto" not in (harmonics, samples) and int(samples) <= 4 * int(harmonics):
         return f"second order needs mode.samples above 4 mode.harmonics = {4 * int(harmonics)}"

@@ -76,6 +76,9 @@ class MatrixStructure:
         with stages.stage("modes"):
             solver = MatrixSolver(matrices)
             modes = solver.modes(mode_count(self.study, None, matrices.massive))
+        if self.study.coriolis:
+            _assert_straight(self.study)
+            places = places.turning(lambda u: np.asarray(matrices.G @ u), modes.shapes)
         with stages.stage("attachments"):
             return driven_basis(
                 self._bent_modes(matrices, modes, solver), places, solver.operators()
@@ -274,6 +277,19 @@ class MatrixLinear(MatrixAnalysis):
     def warnings(self, study: MatrixStudy, mode: int) -> list[str]:
         """Nothing: matrices say neither how large the body is, nor of what material."""
         return []
+
+
+def _assert_straight(study: MatrixStudy) -> None:
+    """Refuse Coriolis forces of motions that bend in second order.
+
+    Raises:
+        ModelError: if they do.
+    """
+    if study.matrices.bends:
+        raise ModelError(
+            "matrices.coriolis = true: Coriolis forces of a response are those of linear "
+            "kinematics: must be false with terms of second order"
+        )
 
 
 def gap_at_speed(study: MatrixStudy) -> Any:

@@ -28,8 +28,8 @@ def assert_without_coriolis(study: Study) -> None:
     """
     if study.coriolis:
         raise StudyError(
-            f"{study.coriolis} = true: Coriolis forces are part of the linear modes alone "
-            "(fenics-nnm check, fenics-nnm campbell): a nonlinear mode or a response needs false"
+            f"{study.coriolis} = true: Coriolis forces are part of linear modes and of responses "
+            "(fenics-nnm check, campbell, response, simulate): a nonlinear mode needs false"
         )
 
 

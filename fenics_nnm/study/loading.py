@@ -52,7 +52,8 @@ class RotationSection(Record):
     speed: Finite | None = Field(None, description="speed in rad/s")
     rpm: Finite | None = Field(None, description="speed in turns per minute")
     coriolis: bool = Field(
-        False, description="whether Coriolis forces belong to the linear modes: true or false"
+        False,
+        description="whether Coriolis forces belong to linear modes and responses: true or false",
     )
 
     @model_validator(mode="after")

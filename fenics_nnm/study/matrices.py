@@ -35,7 +35,8 @@ class _AnyMatrices(Record):
         "contact.gap_growth",
     )
     coriolis: bool = Field(
-        False, description="whether Coriolis forces belong to the linear modes: true or false"
+        False,
+        description="whether Coriolis forces belong to linear modes and responses: true or false",
     )
     masters: Annotated[tuple[Count, ...], FromList] | None = Field(
         None,

@@ -18,7 +18,7 @@ from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
 from fenics_nnm.fem.deflection import BodyForces
 from fenics_nnm.fem.driven import Others, driven_places
 from fenics_nnm.fem.gathering import gathered_basis, gathering
-from fenics_nnm.fem.gyroscopic import coriolis_forces, coriolis_frequencies
+from fenics_nnm.fem.gyroscopic import coriolis_frequencies
 from fenics_nnm.fem.harmonic import HarmonicSolver
 from fenics_nnm.fem.kept_mesh import StoredMesh
 from fenics_nnm.fem.linear import (
@@ -33,7 +33,7 @@ from fenics_nnm.fem.patch_summary import patch_summaries
 from fenics_nnm.fem.solid import Solid, assemble_solid
 from fenics_nnm.fem.static_state import loaded
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
-from fenics_nnm.reduction.driven import DrivenPlaces, driven_basis
+from fenics_nnm.reduction.driven import driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
@@ -45,6 +45,7 @@ from fenics_nnm.structure.coriolis import Frequencies
 from fenics_nnm.structure.damped_body import rows_of_body
 from fenics_nnm.structure.damped_rows import DampedRows
 from fenics_nnm.structure.driven_body import DrivenBody
+from fenics_nnm.structure.driven_coriolis import turning
 from fenics_nnm.structure.driven_kinematics import bent_modes, modal_motions, with_kinematics
 from fenics_nnm.structure.expected_time import MANY, Costs, expectation
 from fenics_nnm.structure.first_contact import FirstContact
@@ -148,7 +149,7 @@ class MeshStructure:
                 (assembled.sites, choices, interface),
                 operators_of(solid, interface, solver),
             )
-            places = _turning(study, solid, places, modes)
+            places = turning(study, solid, places, modes)
             moved = modal_motions(study, modes, places, operators)
             own = bent_modes(study, solid, chosen, modes, moved, solver, stages)
             with stages.stage("attachments"):
@@ -370,16 +371,6 @@ def _reduced(
     forces = BodyForces(assembled.solid)
     reduced = partial(_reduced_at, assembled, forces, solver, modes, count, stages)
     return replace(_settled(reduced, choices, mode), coriolis=coupled)
-
-
-def _turning(
-    study: MeshStudy, solid: Solid, places: DrivenPlaces, modes: LinearModes
-) -> DrivenPlaces:
-    """Places of a driven body with its Coriolis forces, if its study asks for them."""
-    if not study.coriolis or solid.state is None or solid.state.loads.rotation is None:
-        return places
-    forces = partial(coriolis_forces, solid, solid.state.loads.rotation)
-    return places.turning(forces, modes.shapes[:, :_COUPLED])
 
 
 def _with_coriolis(assembled: Assembled, modes: LinearModes, solver: ModalSolver) -> Array:

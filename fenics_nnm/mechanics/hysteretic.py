@@ -54,6 +54,11 @@ class HystereticPart:
             "damping ratios, or another viscous damping, for motions in time"
         )
 
+    @property
+    def gyroscopic(self) -> Array:
+        """The part of the terms of the velocity that does no work, shape (J, J)."""
+        return self.rated.gyroscopic
+
     def at(self, series: Series, omega: float, drift: float = 0.0) -> RatedOperator:
         """The operator at a frequency and a drift.
 

@@ -26,6 +26,9 @@ from fenics_nnm.mechanics.fourier import Series
 #: Coordinates with a smaller |omega_j^2 - n^2 omega^2|, over the sum of the two, are kept.
 _RESONANT = 1e-2
 
+#: The skew part of C is round-off below this part of its largest entry.
+_SKEW = 1e-9
+
 
 class HarmonicOperator(Protocol):
     """Linear part at one frequency and drift."""
@@ -79,6 +82,10 @@ class LinearPart(Protocol):
     def rate(self) -> Array:
         """C, what multiplies the velocities, in 1/s, shape (J, J)."""
 
+    @property
+    def gyroscopic(self) -> Array:
+        """The part of it that is skew and does no work, shape (J, J)."""
+
     def at(self, series: Series, omega: float, drift: float = 0.0) -> HarmonicOperator:
         """The operator at a frequency and a drift."""
 
@@ -112,6 +119,11 @@ class ModalPart:
     def rate(self) -> Array:
         """Nothing multiplies the velocities."""
         return np.zeros((len(self.omega), len(self.omega)))
+
+    @property
+    def gyroscopic(self) -> Array:
+        """Nothing."""
+        return self.rate
 
     def at(self, series: Series, omega: float, drift: float = 0.0) -> ModalOperator:
         """The operator at a frequency and a drift."""
@@ -215,6 +227,13 @@ class RatedPart:
     def reversible(self) -> bool:
         """Whether time-reversible motions stay so: only without terms of the velocity."""
         return not self.rate.any()
+
+    @property
+    def gyroscopic(self) -> Array:
+        """The skew part of C, nothing where that is round-off, shape (J, J)."""
+        skew = (self.rate - self.rate.T) / 2
+        round_off = _SKEW * np.abs(self.rate).max(initial=0.0)
+        return np.where(np.abs(skew).max(initial=0.0) > round_off, skew, 0.0)
 
     def at(self, series: Series, omega: float, drift: float = 0.0) -> RatedOperator:
         """The operator at a frequency and a drift.

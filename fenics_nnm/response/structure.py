@@ -16,9 +16,6 @@ from fenics_nnm.mechanics.moving_gap import STILL, GapMotion
 from fenics_nnm.reduction.gyroscopic import gyroscopic_frequencies
 from fenics_nnm.response.watched import Place, Watched
 
-#: A damping matrix is symmetric to this part of its largest entry.
-_SYMMETRIC = 1e-9
-
 #: Why contact points that move with the modes alone cannot touch.
 NO_FLEXIBILITY = (
     "the modes leave the contact points no flexibility of their own, so that what they do in "
@@ -134,11 +131,10 @@ class DrivenStructure:
     @property
     def natural(self) -> Array:
         """Natural circular frequencies in rad/s, and those with Coriolis forces besides."""
-        omega, rate = self.model.omega, self.linear.rate
-        skew = (rate - rate.T) / 2
-        if np.abs(skew).max(initial=0.0) <= _SYMMETRIC * np.abs(rate).max(initial=0.0):
+        omega, turning = self.model.omega, self.linear.gyroscopic
+        if not turning.any():
             return omega
-        return np.sort([*omega, *gyroscopic_frequencies(omega, skew)])
+        return np.sort([*omega, *gyroscopic_frequencies(omega, turning)])
 
     @property
     def harmonics(self) -> tuple[int, ...]:

@@ -65,41 +65,52 @@ class LoadedResidual:
 
     def value(self) -> Array:
         """r(u) in N at the owned degrees of freedom, zero where they are held."""
-        rest = assemble_vector(self._rest)
-        rest.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
         moved, pulled = self._solid.stiffness.createVecs()
         moved.array[:] = self.owned
         self._solid.stiffness.mult(moved, pulled)
-        points = float(self._level.value) * self._points.forces(self.owned)
-        found = rest.array + pulled.array - points
-        found[self._solid.clamped[self._solid.clamped < self._solid.owned]] = 0.0
-        for each in (rest, moved, pulled):
-            each.destroy()
-        return np.asarray(found)
+        found = self._free(self._without_stiffness() + pulled.array)
+        moved.destroy()
+        pulled.destroy()
+        return found
+
+    def rest(self) -> Array:
+        """r(u) - K u in N at the owned degrees of freedom, zero where they are held."""
+        return self._free(self._without_stiffness())
+
+    def _without_stiffness(self) -> Array:
+        vector = assemble_vector(self._rest)
+        vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        found = np.array(vector.array)
+        vector.destroy()
+        return found - float(self._level.value) * self._points.forces(self.owned)
+
+    def _free(self, force: Array) -> Array:
+        """A force, changed in place to zero where the body is held."""
+        force[self._solid.clamped[self._solid.clamped < self._solid.owned]] = 0.0
+        return force
 
     def assemble(self) -> PETSc.Mat:
         """The symmetric part of K + dN/du - level D, as `tangent`."""
-        same = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-        slope = assemble_matrix(self._slope, self._solid.held, 0.0)
-        slope.assemble()
-        self._points.add_slope(slope, -float(self._level.value))
+        stiffness, same = self._solid.stiffness, PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+        stiffness.copy(self.tangent, same)
+        assemble_matrix(self.tangent, self._slope, self._solid.held, 1.0)
+        self.tangent.assemble()
+        self._points.add_slope(self.tangent, -float(self._level.value))
         if self._loads.follows:
-            self.asymmetry = _made_symmetric(slope)
-        self._solid.stiffness.copy(self.tangent, same)
-        self.tangent.axpy(1.0, slope, same)
+            self.asymmetry = _made_symmetric(self.tangent, stiffness)
         self.tangent.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        slope.destroy()
         return self.tangent
 
 
-def _made_symmetric(matrix: PETSc.Mat) -> float:
-    """Replace a matrix by its symmetric part; the norm of the other one over its own."""
+def _made_symmetric(matrix: PETSc.Mat, stiffness: PETSc.Mat) -> float:
+    """Replace a matrix by its symmetric part; the norm of the other one over that of N's slope."""
     same = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-    whole = float(matrix.norm())
-    difference = PETSc.Mat()
+    slope, difference = matrix.copy(), PETSc.Mat()
+    slope.axpy(-1.0, stiffness, same)
     matrix.transpose(difference)
     difference.axpy(-1.0, matrix, same)
     matrix.axpy(0.5, difference, same)
-    part = float(difference.norm()) / 2
+    whole, part = float(slope.norm()), float(difference.norm()) / 2
+    slope.destroy()
     difference.destroy()
     return part / whole if whole else 0.0

@@ -98,7 +98,8 @@ class LoadsAtOnce(HeldTogether):
         first, least, since = 0.0, np.inf, 0
         for _ in range(_MOST_STEPS):
             self.steps += 1
-            change, before = self._step(), residual.owned.copy()
+            before = residual.owned.copy()
+            change = self._step() - before
             moved, whole = residual.norm(change), residual.norm(before)
             first = first or moved
             if not moved <= _FARTHER * first or whole > _FARTHER * first:
@@ -110,5 +111,5 @@ class LoadsAtOnce(HeldTogether):
         return False
 
     def _step(self) -> Array:
-        """The next change of the displacement in m, without acceleration, shape (n_owned,)."""
-        return solved(self._ksp, -self._residual.value()[:, None])[:, 0]
+        """The next displacement u - K^-1 r(u) in m, without acceleration, shape (n_owned,)."""
+        return solved(self._ksp, -self._residual.rest()[:, None])[:, 0]

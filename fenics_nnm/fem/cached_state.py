@@ -82,11 +82,18 @@ class StateKeeper:
         self.cache.write(self.key, state)
 
 
-def keeper_of(solid: Solid, residual: LoadedResidual) -> StateKeeper:
-    """What keeps the state of a body, whose residual is at u = 0; to be called on all ranks."""
+def keeper_of(solid: Solid, residual: LoadedResidual, proven: bool) -> StateKeeper:
+    """What keeps the state of a body; to be called on all ranks.
+
+    Args:
+        solid: Assembled body, without loads.
+        residual: Its residual, at u = 0.
+        proven: Whether states are known to be stable. Others are kept apart.
+    """
     comm, cache = solid.tagged.mesh.comm, cache_of_user()
     if cache is None:
         return StateKeeper(comm, residual)
     residual.apply(1.0)
+    kind = "stable state" if proven else "state"
     parts = digest_of(solid.stiffness), solid.clamped.tobytes(), residual.value().tobytes()
-    return StateKeeper(comm, residual, cache, key_of_all(comm, "state", surroundings(), *parts))
+    return StateKeeper(comm, residual, cache, key_of_all(comm, kind, surroundings(), *parts))

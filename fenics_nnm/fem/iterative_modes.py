@@ -59,6 +59,11 @@ class IterativeModalSolver(HeldTogether):
         self.free = solid.free
         self._pencil, self._preconditioner = Pencil(solid), TwoLevel(solid)
 
+    @property
+    def negative(self) -> int:
+        """Number of negative eigenvalues of the stiffness: none, as iterations need."""
+        return 0
+
     def release(self) -> None:
         """Free the preconditioner."""
         self._preconditioner.destroy()

@@ -71,7 +71,7 @@ class LoadsAtOnce(HeldTogether):
         self._ksp.destroy()
 
     def found(self) -> bool:
-        """Whether steps lead to a state of all loads that is stable; its tangent is assembled.
+        """Whether steps lead to a state of all loads; its tangent is assembled.
 
         Raises:
             OutOfMemoryError: if there is too little memory for the factors.
@@ -82,9 +82,17 @@ class LoadsAtOnce(HeldTogether):
                 factorise(self._ksp)
             if negative_pivots(self._ksp) or not self._converged():
                 return False
-            return least_ratio(self._residual.assemble(), self._ksp, _FIRM) > _SOFT
         except OutOfMemoryError:
             raise
+        except ConvergenceError:
+            return False
+        self._residual.assemble()
+        return True
+
+    def firm(self) -> bool:
+        """Whether the state that was found is stable, as the factors of the unloaded body show."""
+        try:
+            return least_ratio(self._residual.tangent, self._ksp, _FIRM) > _SOFT
         except ConvergenceError:
             return False
 

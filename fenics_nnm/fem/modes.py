@@ -18,7 +18,13 @@ from fenics_nnm.errors import (
 from fenics_nnm.fem.block import product, solved
 from fenics_nnm.fem.block_lanczos import BlockLanczos
 from fenics_nnm.fem.factored import Factored
-from fenics_nnm.fem.factorisation import factorise, limited_memory, use_mumps
+from fenics_nnm.fem.factorisation import (
+    ROOT_ALONE,
+    factorise,
+    limited_memory,
+    negative_pivots,
+    use_mumps,
+)
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
 from fenics_nnm.fem.parallel import HeldTogether
@@ -66,8 +72,13 @@ class DirectModalSolver(HeldTogether):
         self._ksp = PETSc.KSP().create(self._system.stiffness.comm)
         self._ksp.setOptionsPrefix("nnm_st_")
         self._ksp.setOperators(self._system.stiffness)
-        use_mumps(self._ksp)
+        use_mumps(self._ksp, () if solid.state is None else (ROOT_ALONE,))
         self._factorise()
+
+    @property
+    def negative(self) -> int:
+        """Number of negative eigenvalues of the stiffness of a body under loads; on all ranks."""
+        return negative_pivots(self._ksp)
 
     def release(self) -> None:
         """Free the factorisation."""

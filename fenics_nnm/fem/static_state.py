@@ -2,7 +2,8 @@
 
 First all loads are tried at once, with the factors of the stiffness of the unloaded body
 (`fem.loads_at_once`). Steps with them are accelerated (`fem.anderson`), and what they end at counts
-if its tangent stiffness is positive definite, which the same factors show (`fem.least_ratio`).
+if its tangent stiffness is positive definite: the same factors show it (`fem.least_ratio`), or
+those of the tangent stiffness do that modes are found with, which costs nothing more.
 
 Else Newton's method takes over, and the loads are applied in parts as large as it takes. A step of
 the load is refused if it does not converge, ends where the tangent stiffness is not positive
@@ -60,13 +61,17 @@ class _Refused(Exception):
     """A load step that does not lead to a state to go on from; its text says why."""
 
 
-def loaded(solid: Solid, loads: Loads, memory: float | None = None) -> Solid:
+def loaded(
+    solid: Solid, loads: Loads, memory: float | None = None, *, proven: bool = True
+) -> Solid:
     """A body about its state under loads, with its tangent stiffness there; called on all ranks.
 
     Args:
         solid: Assembled body, without loads.
         loads: Loads.
         memory: Memory in bytes that a rank may take for factors; no limit if None.
+        proven: Whether its stiffness must be known to be positive definite. Else it is up to the
+            caller to look at it, and to call `loaded_in_parts` if it is not.
 
     PETSc options take the prefix `nnm_static_`.
 
@@ -81,13 +86,37 @@ def loaded(solid: Solid, loads: Loads, memory: float | None = None) -> Solid:
             code=Code.STEADY_LOADS,
         )
     residual = LoadedResidual(solid, loads)
-    keeper = keeper_of(solid, residual)
+    keeper = keeper_of(solid, residual, proven)
     found = keeper.restored()
     if found is None:
         with _Newton(solid, residual, memory) as newton:
-            found = newton.loaded()
+            found = newton.loaded(proven)
         keeper.keep(found)
     return _about(solid, loads, residual, found)
+
+
+def loaded_in_parts(solid: Solid, memory: float | None = None) -> Solid:
+    """A body about a state whose stiffness is not positive definite, about one where it is.
+
+    Its loads are applied by Newton's method, in parts. To be called on all ranks.
+
+    Args:
+        solid: Body about its state under loads.
+        memory: Memory in bytes that a rank may take for factors; no limit if None.
+
+    Raises:
+        ConvergenceError: if the loads cannot be applied in full; it says which part of them can.
+    """
+    state = solid.state
+    assert state is not None
+    system = FreeSystem(state.unloaded, solid.mass)
+    bare = replace(solid, stiffness=state.unloaded, system=system, state=None)
+    residual = LoadedResidual(bare, state.loads)
+    keeper = keeper_of(bare, residual, proven=False)
+    with _Newton(bare, residual, memory) as newton:
+        found = newton.loaded_in_parts()
+    keeper.keep(found)
+    return _about(bare, state.loads, residual, found)
 
 
 def _about(solid: Solid, loads: Loads, residual: LoadedResidual, found: StepsTaken) -> Solid:
@@ -119,17 +148,21 @@ class _Newton(HeldTogether):
         """Free the factorisation."""
         self._ksp.destroy()
 
-    def loaded(self) -> StepsTaken:
-        """Move the residual to the state under all loads, and assemble its tangent there."""
+    def loaded(self, proven: bool) -> StepsTaken:
+        """Move the residual to the state under all loads, and assemble its tangent there.
+
+        Args:
+            proven: Whether the tangent must be known to be positive definite.
+        """
         residual, comm = self._residual, self._solid.tagged.mesh.comm
         with LoadsAtOnce(self._solid.stiffness, residual, comm, self._memory) as at_once:
-            if at_once.found():
+            if at_once.found() and (not proven or at_once.firm()):
                 return StepsTaken(at_once.steps, 1)
         residual.move(np.zeros(self._solid.owned))
-        return self._loaded_by_newton()
+        return self.loaded_in_parts()
 
-    def _loaded_by_newton(self) -> StepsTaken:
-        """The same by Newton's method, in as many parts as it needs."""
+    def loaded_in_parts(self) -> StepsTaken:
+        """The same by Newton's method from u = 0, in as many parts as it needs."""
         reached, step, count = 0.0, 1.0, 0
         while reached < 1.0:
             level, before = min(1.0, reached + step), self._residual.owned.copy()

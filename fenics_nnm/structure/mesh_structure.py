@@ -13,7 +13,7 @@ from mpi4py import MPI
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.blocks import Data
 from fenics_nnm.fem.cached_modes import kept_modes
-from fenics_nnm.fem.contact import ContactInterface, interface_at
+from fenics_nnm.fem.contact import ContactInterface
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
 from fenics_nnm.fem.deflection import BodyForces
 from fenics_nnm.fem.driven import Others, driven_places
@@ -37,6 +37,7 @@ from fenics_nnm.reduction.driven import driven_basis
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.reduction import Reduction
 from fenics_nnm.stages import Stages
+from fenics_nnm.structure.assembled import Assembled, factored
 from fenics_nnm.structure.bending import Bending
 from fenics_nnm.structure.body import body_of, dashpots_of, excitations_of, monitors_of
 from fenics_nnm.structure.clamps import clamped_facets, other_clamps
@@ -52,7 +53,6 @@ from fenics_nnm.structure.first_contact import FirstContact
 from fenics_nnm.structure.frequencies import frequencies_of
 from fenics_nnm.structure.group_table import facet_counts, group_table
 from fenics_nnm.structure.kinematics import (
-    Reached,
     asked_of_study,
     bending_of,
     can_choose,
@@ -117,21 +117,24 @@ class MeshStructure:
 
     def linear(self, comm: MPI.Comm, stages: Stages, *, at_most: int | None = None) -> MeshLinear:
         """As `Structure.linear`: mesh, assemble, find modes and attachment solutions, reduce."""
-        return self.reduced(self.assembled(comm, stages), stages, at_most=at_most)
+        assembled = self.assembled(comm, stages, proven=False)
+        return self.reduced(assembled, stages, at_most=at_most)
 
     def reduced(
         self, assembled: Assembled, stages: Stages, *, at_most: int | None = None
     ) -> MeshLinear:
         """As `linear`, of a body that is assembled."""
         with stages.stage("factors"):
-            found = _modal_solver(self.study, assembled.solid)
+            assembled, found = factored(assembled, partial(_modal_solver, self.study))
         with found as solver:
             return _reduced(assembled, solver, stages, at_most)
 
     def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBody:
         """As `Structure.driven`."""
         study = self.study
-        assembled = self.assembled(comm, stages)
+        assembled = self.assembled(comm, stages, proven=False)
+        with stages.stage("factors"):
+            assembled, found = factored(assembled, partial(_modal_solver, study))
         solid = assembled.solid
         choices = evenly_spread(assembled.sites)
         interface = assembled.interface(choices)
@@ -140,8 +143,6 @@ class MeshStructure:
         pushes = tuple(excitations_of(study, solid.tagged.dim))
         others = Others(dashpots_of(study, solid.tagged.dim), monitors_of(study, solid.tagged.dim))
         places = driven_places(solid, interface, pushes, others, gap_motion)
-        with stages.stage("factors"):
-            found = _modal_solver(study, solid)
         with found as solver:
             with stages.stage("modes"):
                 modes = kept_modes(solid, solver, mode_count(study, None, solver.free))
@@ -162,8 +163,14 @@ class MeshStructure:
         """As `Structure.damped_rows`."""
         return rows_of_body(linear, self.study)
 
-    def assembled(self, comm: MPI.Comm, stages: Stages) -> Assembled:
-        """The body about its static state, with the vertices that can become contact points."""
+    def assembled(self, comm: MPI.Comm, stages: Stages, *, proven: bool = True) -> Assembled:
+        """The body about its static state, with the vertices that can become contact points.
+
+        Args:
+            comm: Communicator.
+            stages: Timings and progress.
+            proven: Whether the state must be known to be stable; else `factored` finds it out.
+        """
         study = self.study
         with stages.stage("mesh"):
             tagged = tagged_mesh(study, comm, self.stored)
@@ -176,36 +183,12 @@ class MeshStructure:
             loads = loads_of(study, solid)
             assert_followers_apart(loads, tagged, patches)
         with stages.stage("static state"):
-            solid = loaded(solid, loads, memory_of_rank(comm, study.solver.memory))
+            memory = memory_of_rank(comm, study.solver.memory)
+            proven |= study.solver.linear == "iterative"
+            solid = loaded(solid, loads, memory, proven=proven)
             sites = contact_sites(solid, patches)
         assert_off_axis(loads, sites)
         return Assembled(study, solid, sites)
-
-
-@dataclass(frozen=True, slots=True)
-class Assembled:
-    """A body before its contact points are chosen, on all ranks.
-
-    Attributes:
-        study: Study.
-        solid: Assembled body.
-        sites: Vertices of the contact patches.
-        reached: Largest energy of its branch, which decides about its kinematics.
-    """
-
-    study: MeshStudy
-    solid: Solid
-    sites: ContactSites
-    reached: Reached = asked_of_study
-
-    @property
-    def mode(self) -> int:
-        """Index of the mode that is followed, from 0."""
-        return self.study.mode.number - 1
-
-    def interface(self, choices: Choices) -> ContactInterface:
-        """Contact points of a choice."""
-        return interface_at(self.solid, self.sites, chosen_of(choices))
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,10 +19,11 @@ from fenics_nnm.fem.static_state import loaded
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import with_reference
+from fenics_nnm.structure.assembled import Assembled, factored
 from fenics_nnm.structure.contact_patches import contact_patches
 from fenics_nnm.structure.kinematics import Reached, asked_of_study
 from fenics_nnm.structure.loading import loads_of
-from fenics_nnm.structure.mesh_structure import Assembled, MeshStructure
+from fenics_nnm.structure.mesh_structure import MeshStructure
 from fenics_nnm.structure.point_choice import evenly_spread
 from fenics_nnm.structure.spinning import SPARE, Spin, SpinModes
 from fenics_nnm.structure.structure import Linear
@@ -54,9 +55,9 @@ class SpinningMesh:
 
     def at(self, speed: float, count: int) -> Spin:
         """The body at a speed, see `structure.campbell`; to be called on all ranks."""
-        assembled = self._loaded(mesh_spun(self.study, speed))
+        assembled, found = factored(self._loaded(mesh_spun(self.study, speed)), DirectModalSolver)
         solid = assembled.solid
-        with DirectModalSolver(solid) as solver:
+        with found as solver:
             modes = solver.modes(min(count + SPARE, solid.free))
             omega = _with_coriolis(assembled, modes, solver)
         momenta, gap = product(solid.mass, modes.shapes), float(assembled.sites.gap.min())
@@ -68,7 +69,7 @@ class SpinningMesh:
         solid = self.plain.solid
         if study.loaded:
             memory = memory_of_rank(solid.tagged.mesh.comm, study.solver.memory)
-            solid = loaded(solid, loads_of(study, solid), memory)
+            solid = loaded(solid, loads_of(study, solid), memory, proven=False)
         sites = contact_sites(solid, contact_patches(study, solid.tagged))
         return Assembled(study, solid, sites)
 

@@ -17,7 +17,8 @@ from fenics_nnm.fem.cached_deflection import DeflectionKeeper
 from fenics_nnm.fem.loaded_form import large_deflection, pressing
 from fenics_nnm.fem.point_deflection import PointDeflection
 from fenics_nnm.fem.solid import Solid
-from fenics_nnm.reduction.modal_derivatives import by_triples, pairwise
+from fenics_nnm.fem.stress import Expr
+from fenics_nnm.reduction.modal_derivatives import by_triples, polarised
 from fenics_nnm.reduction.operators import Operators, Product
 
 #: Values of so many sets of masters are kept: those of the followed mode alone, and of all.
@@ -67,7 +68,7 @@ class BodyForces:
         return FormDeflection(self._solid)
 
     def _pairs(self, phi: Array) -> Array:
-        return pairwise(self._forms.second, phi)
+        return polarised(self._forms.second, self._inner, phi)
 
     def _all(self, phi: Array) -> Array:
         if any(material.turns for material, _ in self._solid.regions.parts):
@@ -109,7 +110,7 @@ class _Latest:
 
 
 class FormDeflection:
-    """f''(u_s)[a, b] and f'''(u_s)[a, b, c] of a body, by derivatives of its residual's form."""
+    """f''(u_s)[a, a] and f'''(u_s)[a, b, c] of a body, by derivatives of its residual's form."""
 
     def __init__(self, solid: Solid) -> None:
         """Prepare for a body about its static state, or unloaded."""
@@ -121,17 +122,23 @@ class FormDeflection:
             if pressure.follower:
                 form += pressing(solid, pressure, u, v, whole)
         self._along = tuple(fem.Function(solid.space) for _ in range(3))
-        a, b, _ = self._along
-        self._u, self._curved = u, ufl.derivative(ufl.derivative(form, u, a), u, b)
-        self._second = fem.form(self._curved)
+        self._u, self._form = u, form
+        self._second = fem.form(self._derivative(0, 0))
 
     @cached_property
     def _third(self) -> fem.Form:
-        return fem.form(ufl.derivative(self._curved, self._u, self._along[2]))
+        return fem.form(self._derivative(0, 1, 2))
 
-    def second(self, a: Array, b: Array) -> Array:
-        """f''[a, b] in N of displacements at the owned degrees of freedom; on all ranks."""
-        return self._assembled(self._second, (a, b))
+    def _derivative(self, *along: int) -> Expr:
+        """Derivative of the residual along some of the functions, one after the other."""
+        found = self._form
+        for each in along:
+            found = ufl.derivative(found, self._u, self._along[each])
+        return found
+
+    def second(self, a: Array) -> Array:
+        """f''[a, a] in N of a displacement at the owned degrees of freedom; on all ranks."""
+        return self._assembled(self._second, (a,))
 
     def third(self, a: Array, b: Array, c: Array) -> Array:
         """f'''[a, b, c]."""

@@ -131,33 +131,11 @@ class MeshStructure:
 
     def driven(self, comm: MPI.Comm, stages: Stages) -> DrivenBody:
         """As `Structure.driven`."""
-        study = self.study
         assembled = self.assembled(comm, stages, proven=False)
         with stages.stage("factors"):
-            assembled, found = factored(assembled, partial(_modal_solver, study))
-        solid = assembled.solid
-        choices = evenly_spread(assembled.sites)
-        interface = assembled.interface(choices)
-        gap_motion = gap_motion_of(assembled.sites, chosen_of(choices))
-        report_notes(solid.tagged.notes, comm)
-        pushes = tuple(excitations_of(study, solid.tagged.dim))
-        others = Others(dashpots_of(study, solid.tagged.dim), monitors_of(study, solid.tagged.dim))
-        places = driven_places(solid, interface, pushes, others, gap_motion)
+            assembled, found = factored(assembled, partial(_modal_solver, self.study))
         with found as solver:
-            with stages.stage("modes"):
-                modes = kept_modes(solid, solver, mode_count(study, None, solver.free))
-            chosen, operators = (
-                (assembled.sites, choices, interface),
-                operators_of(solid, interface, solver),
-            )
-            places = turning(study, solid, places, modes)
-            moved = modal_motions(study, modes, places, operators)
-            own = bent_modes(study, solid, chosen, modes, moved, solver, stages)
-            with stages.stage("attachments"):
-                basis = with_kinematics(
-                    study, own, lambda modes: driven_basis(modes, places, operators)
-                )
-        return DrivenBody(solid, interface, basis)
+            return _driven(assembled, solver, stages)
 
     def damped_rows(self, linear: LinearAnalysis) -> DampedRows:
         """As `Structure.damped_rows`."""
@@ -354,6 +332,28 @@ def _reduced(
     forces = BodyForces(assembled.solid)
     reduced = partial(_reduced_at, assembled, forces, solver, modes, count, stages)
     return replace(_settled(reduced, choices, mode), coriolis=coupled)
+
+
+def _driven(assembled: Assembled, solver: ModalSolver, stages: Stages) -> DrivenBody:
+    """Modes of an assembled body, and what drives, damps and monitors it."""
+    study, solid = assembled.study, assembled.solid
+    choices = evenly_spread(assembled.sites)
+    interface = assembled.interface(choices)
+    gap_motion = gap_motion_of(assembled.sites, chosen_of(choices))
+    report_notes(solid.tagged.notes, solid.tagged.mesh.comm)
+    pushes = tuple(excitations_of(study, solid.tagged.dim))
+    others = Others(dashpots_of(study, solid.tagged.dim), monitors_of(study, solid.tagged.dim))
+    places = driven_places(solid, interface, pushes, others, gap_motion)
+    with stages.stage("modes"):
+        modes = kept_modes(solid, solver, mode_count(study, None, solver.free))
+    chosen = assembled.sites, choices, interface
+    operators = operators_of(solid, interface, solver)
+    places = turning(study, solid, places, modes)
+    moved = modal_motions(study, modes, places, operators)
+    own = bent_modes(study, solid, chosen, modes, moved, solver, stages)
+    with stages.stage("attachments"):
+        basis = with_kinematics(study, own, lambda modes: driven_basis(modes, places, operators))
+    return DrivenBody(solid, interface, basis)
 
 
 def _with_coriolis(assembled: Assembled, modes: LinearModes, solver: ModalSolver) -> Array:

@@ -96,19 +96,22 @@ class Cascade:
         """
         if _homogeneous(self.levels) and position != 1:
             return _grown(self.levels, self.at(1.0, None), position)
-        if (led := self._led(position, neighbour)) is not None:
+        led = self._led(position, neighbour)
+        if led is not None and not self.selection.doubtful(led, neighbour):
+            self._keep_stuck(position, stuck=True)
             return led
         alone = self._alone.get(position)
         if alone is None:
             alone = self._level_by_level(position, None)
             self._alone[position] = alone.light()
             forget_oldest(self._alone, _TRIED)
-            self._stuck[position] = alone.finest is None
-            forget_oldest(self._stuck, _STUCK)
+            self._keep_stuck(position, stuck=alone.finest is None)
         if not self.selection.doubtful(alone, neighbour):
             return alone
         found = [alone]
-        if neighbour is not None:
+        if led is not None and led.finest is not None:
+            found.append(led)
+        elif neighbour is not None:
             found.append(self._guided(alone, neighbour))
         if alone.finest is None and not self.selection.doubtful(found[-1], neighbour):
             return self.selection.best(found, neighbour)
@@ -130,7 +133,7 @@ class Cascade:
         return slope_ratio(self._coarse, self.levels[-1], finest)
 
     def _led(self, position: float, neighbour: CascadeSolution | None) -> CascadeSolution | None:
-        """A motion that a neighbour leads to, if the levels alone do not come to that one.
+        """What a neighbour leads to, if the levels alone do not come to that one; else None.
 
         They will fail here, too, and levels without a motion there have none here. A finest level
         of full order needs the levels below it.
@@ -140,12 +143,11 @@ class Cascade:
             return None
         if neighbour.solutions[0] is None or neighbour.gamma_ratio <= self.belonging.linear_until:
             return None
-        found = self._level_by_level(position, neighbour, passing=neighbour)
-        if self.selection.doubtful(found, neighbour):
-            return None
-        self._stuck[position] = True
+        return self._level_by_level(position, neighbour, passing=neighbour)
+
+    def _keep_stuck(self, position: float, *, stuck: bool) -> None:
+        self._stuck[position] = stuck
         forget_oldest(self._stuck, _STUCK)
-        return found
 
     def _guided(self, alone: CascadeSolution, neighbour: CascadeSolution) -> CascadeSolution:
         """The levels again, guided by those of a neighbour.

@@ -32,6 +32,7 @@ class Newton:
         wildest_leap: A full step to a residual above this ends it.
         crawls: So many parts of steps below 1/32 on end count as a stall; 0 for any number.
         patience: After so many steps it ends unless it is near a solution; 0 for any number.
+        wild: From the fourth step on it ends at a residual above this.
     """
 
     tolerance: float = 1e-10
@@ -44,6 +45,7 @@ class Newton:
     wildest_leap: float = float("inf")
     crawls: int = 0
     patience: int = 0
+    wild: float = float("inf")
 
 
 #: A shorter part of a step crawls.
@@ -53,6 +55,9 @@ _CRAWL = 1 / 8
 #: shortened: it may have crossed a kink that the line search only crawls to (a watchdog; R. M.
 #: Chamberlain et al., Math. Program. Study 16 (1982) 1-17).
 _NEAR, _AHEAD = 1e-2, 2
+
+#: From so many steps on a residual may be too wild to come back from.
+_SETTLED = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,8 +163,7 @@ class _Iteration:
         for iteration in range(self.options.iterations + 1):
             if trial.merit <= self.options.tolerance:
                 break
-            lost = iteration == self.options.patience > 0 and trial.merit > _NEAR
-            if lost or iteration == self.options.iterations:
+            if self.lost(trial, iteration) or iteration == self.options.iterations:
                 failure = f"no convergence in {iteration} Newton steps"
                 break
             step = self.bounded_step(trial)
@@ -186,6 +190,11 @@ class _Iteration:
             iterations=iteration,
             failure=f"{failure} (residual {trial.relative:.1e})" if failure else "",
         )
+
+    def lost(self, trial: _Trial, iteration: int) -> bool:
+        """Whether an iteration will hardly come to an end."""
+        impatient = iteration == self.options.patience > 0 and trial.merit > _NEAR
+        return impatient or (iteration >= _SETTLED and trial.merit > self.options.wild)
 
     def evaluated(self, at: Unknowns, near: ContactForces | None = None) -> _Trial:
         forces = self.equations.forces(at, near)

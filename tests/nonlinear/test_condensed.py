@@ -185,3 +185,13 @@ def test_patience_ends_an_iteration_that_is_not_near_a_motion() -> None:
         equations, FixedEnergy(0.3), found.at.moved(found.at, 1e-4), options=patient
     )
     assert again.converged and again.iterations == near.iterations
+
+
+def test_a_wild_residual_ends_an_iteration_once_it_has_had_its_first_steps() -> None:
+    equations = equations_of(CosineSeries(10, 64), 1)
+    guess = Unknowns.of(motion_of(equations, 1, 1.1), 1.1)
+    free = newton.solve(equations, FixedFrequency(1.1), guess, options=Newton())
+    assert free.iterations > 20
+    for wild, steps in ((1e-9, 4), (1e9, free.iterations)):
+        lost = newton.solve(equations, FixedFrequency(1.1), guess, options=Newton(wild=wild))
+        assert lost.iterations == steps

@@ -14,7 +14,7 @@ from fenics_nnm.backbone.quantities import PLAIN, Measures
 from fenics_nnm.nonlinear.newton import Newton
 
 #: Newton's configuration, unless another one is given.
-NEWTON = Newton(iterations=25, wildest_leap=100.0, crawls=4, wild=30.0)
+NEWTON = Newton(iterations=25, wildest_leap=1e3, crawls=4, wild=100.0)
 
 #: A point belongs to the wanted ones if it misses their ends by this part at most.
 _SAME = 1e-9

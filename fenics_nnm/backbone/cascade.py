@@ -16,7 +16,7 @@ from fenics_nnm.backbone.frequency_cascade import PATIENCE, FrequencyCascade
 from fenics_nnm.backbone.guesses import guesses
 from fenics_nnm.backbone.level_solver import Guess, needs_massless
 from fenics_nnm.backbone.levels import Level
-from fenics_nnm.backbone.memory import forget_oldest
+from fenics_nnm.backbone.memory import remember
 from fenics_nnm.backbone.selection import Selection
 from fenics_nnm.backbone.slope import slope_ratio
 from fenics_nnm.nonlinear.newton import Newton
@@ -98,14 +98,13 @@ class Cascade:
             return _grown(self.levels, self.at(1.0, None), position)
         led = self._led(position, neighbour)
         if led is not None and not self.selection.doubtful(led, neighbour):
-            self._keep_stuck(position, stuck=True)
+            remember(self._stuck, position, True, _STUCK)
             return led
         alone = self._alone.get(position)
         if alone is None:
             alone = self._level_by_level(position, None)
-            self._alone[position] = alone.light()
-            forget_oldest(self._alone, _TRIED)
-            self._keep_stuck(position, stuck=alone.finest is None)
+            remember(self._alone, position, alone.light(), _TRIED)
+            remember(self._stuck, position, alone.finest is None, _STUCK)
         if not self.selection.doubtful(alone, neighbour):
             return alone
         found = [alone]
@@ -116,8 +115,7 @@ class Cascade:
         if alone.finest is None and not self.selection.doubtful(found[-1], neighbour):
             return self.selection.best(found, neighbour)
         if position not in self._beside:
-            self._beside[position] = self._through_frequency(alone).light()
-            forget_oldest(self._beside, _TRIED)
+            remember(self._beside, position, self._through_frequency(alone).light(), _TRIED)
         found.insert(1, self._beside[position])
         return self.selection.best(found, neighbour)
 
@@ -144,10 +142,6 @@ class Cascade:
         if neighbour.solutions[0] is None or neighbour.gamma_ratio <= self.belonging.linear_until:
             return None
         return self._level_by_level(position, neighbour, passing=neighbour)
-
-    def _keep_stuck(self, position: float, *, stuck: bool) -> None:
-        self._stuck[position] = stuck
-        forget_oldest(self._stuck, _STUCK)
 
     def _guided(self, alone: CascadeSolution, neighbour: CascadeSolution) -> CascadeSolution:
         """The levels again, guided by those of a neighbour.

@@ -12,3 +12,9 @@ def forget_oldest(known: dict[_Key, _Value], most: int) -> None:
     """Drop the entries that were made first, until at most so many are left."""
     while len(known) > most:
         known.pop(next(iter(known)))
+
+
+def remember(known: dict[_Key, _Value], key: _Key, value: _Value, most: int) -> None:
+    """Add an entry, and drop those that were made first beyond so many."""
+    known[key] = value
+    forget_oldest(known, most)

@@ -59,18 +59,6 @@ def product(matrix: PETSc.Mat, columns: Array) -> Array:
     return result
 
 
-def without_zeros(matrix: PETSc.Mat) -> PETSc.Mat:
-    """A copy without the entries that are zero: two of three in the mass of a solid.
-
-    The mass couples displacements along one axis alone, in the pattern of the stiffness.
-    """
-    rows, columns, values = matrix.getValuesCSR()
-    kept = values != 0.0
-    rows = np.concatenate([[0], np.cumsum(kept)])[rows].astype(rows.dtype)
-    entries = (rows, columns[kept], values[kept])
-    return PETSc.Mat().createAIJ(matrix.getSizes(), csr=entries, comm=matrix.comm)
-
-
 def _dense(columns: Array, comm: PETSc.Comm) -> PETSc.Mat:
     matrix = PETSc.Mat().createDense(
         ((len(columns), PETSc.DETERMINE), (PETSc.DECIDE, columns.shape[1])),

@@ -9,7 +9,8 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.block import product, solved, without_zeros
+from fenics_nnm.fem.block import product, solved
+from fenics_nnm.fem.sparsity import without_zeros
 from fenics_nnm.fem.system import System
 
 
@@ -20,27 +21,27 @@ class Factored:
     Attributes:
         ksp: Solver with the factors of K.
         system: Stiffness and mass.
-        inertia: The mass without the entries that are zero.
+        mass_matrix: Its mass without the zeros that the stiffness has entries at.
         comm: Ranks.
         generator: Of random displacements, of this rank.
     """
 
     ksp: PETSc.KSP
     system: System
-    inertia: PETSc.Mat
+    mass_matrix: PETSc.Mat
     comm: MPI.Comm
     generator: np.random.Generator
 
     @classmethod
     def of(cls, ksp: PETSc.KSP, system: System, comm: MPI.Comm) -> Factored:
         """With a generator that gives the same numbers in each run."""
-        inertia = without_zeros(system.mass)
-        return cls(ksp, system, inertia, comm, np.random.default_rng(comm.rank))
+        mass = without_zeros(system.mass)
+        return cls(ksp, system, mass, comm, np.random.default_rng(comm.rank))
 
     @property
     def rows(self) -> int:
         """Owned degrees of freedom, n_owned."""
-        return int(self.inertia.getLocalSize()[0])
+        return int(self.mass_matrix.getLocalSize()[0])
 
     def solve(self, forces: Array) -> Array:
         """K^-1 f, columns of shape (n_owned, k)."""
@@ -48,7 +49,7 @@ class Factored:
 
     def mass(self, columns: Array) -> Array:
         """M u, columns of shape (n_owned, k)."""
-        return product(self.inertia, columns)
+        return product(self.mass_matrix, columns)
 
     def inner(self, left: Array, right: Array) -> Array:
         """a^T b over all ranks."""

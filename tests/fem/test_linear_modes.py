@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from fenics_nnm.fem.block import product, without_zeros
 from fenics_nnm.fem.linear import LinearAnalysis
 from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import MeshStudy
@@ -114,19 +113,3 @@ def test_residual_shapes_add_what_the_modes_lack() -> None:
     # at rest under a unit force the tip moves by the static flexibility
     tip = linear.interface.displacement(linear.reduction.residual_shapes)[0, 0]
     assert tip == pytest.approx(linear.model.R[0, 0], rel=1e-9)
-
-
-def test_mass_of_a_plane_body_without_the_zeros_of_other_axes() -> None:
-    mass = analysis(
-        {"model": "plate", "length": 1.0, "height": 0.1, "elements": (6, 2)},
-        {"theory": "plane-stress", "thickness": 0.01},
-        "left",
-        "right",
-        (0.0, 1.0),
-        2,
-    ).solid.mass
-    columns = np.random.default_rng(3).standard_normal((mass.getLocalSize()[0], 3))
-    entries = without_zeros(mass)
-    np.testing.assert_allclose(product(entries, columns), product(mass, columns), rtol=1e-14)
-    numbers = [m.getInfo()["nz_used"] for m in (entries, mass)]
-    assert 0.4 < numbers[0] / numbers[1] <= 0.5  # some of one axis are zero, too

@@ -6,7 +6,8 @@ needs ccx (apt-get install calculix-ccx).
 
 Each pair is a run of `large.py` (mesh to files, 30 points, four motions), in the environment, and
 40 modes by ccx, one after the other, each with one thread. Times are CPU seconds of the whole
-process with its start, of the user and of the system. Both must have the same frequencies to
+process with its start, of the user and of the system. Caches of the program are off; its modules
+are compiled before, as they are where it is installed. Both must have the same frequencies to
 1e-3: CalculiX integrates the mass with four points an element,
 which changes high modes most.
 This script needs no package, so that it runs wherever ccx is; "--write FOLDER SIZE", which it runs
@@ -64,6 +65,7 @@ def row(size: float, pairs: int) -> str:
     """The row of a mesh."""
     with tempfile.TemporaryDirectory(dir=ROOT) as name:
         folder = Path(name)
+        seconds(["environment/run", "python3", "-m", "compileall", "-q", "fenics_nnm"])
         seconds(["environment/run", "python3", __file__, "--write", name, str(size)])
         large = ["environment/run", "python3", "benchmarks/large.py", "--child", str(size)]
         ours, other = [], []

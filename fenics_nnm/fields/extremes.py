@@ -22,6 +22,7 @@ from fenics_nnm.fields.largest import Largest, Nodes, first_of_largest
 from fenics_nnm.fields.parts import NODES_OF_PART, compact_parts
 from fenics_nnm.fields.peak import largest_tension
 from fenics_nnm.fields.screening import (
+    Bounds,
     LengthScreen,
     StressScreen,
     length_screen,
@@ -32,9 +33,13 @@ from fenics_nnm.fields.shapes import MotionShapes, motion_shapes
 from fenics_nnm.fields.singular import singular_kinds
 from fenics_nnm.fields.strength import Strengths
 from fenics_nnm.fields.stress_basis import StressBasis, stress_basis
+from fenics_nnm.fields.thinned import Thinned, thinned
 from fenics_nnm.mechanics.force_history import force_history
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
+
+#: Motions that are screened together.
+_AT_ONCE = 8
 
 #: Bytes that the stress of a shape takes at a node, and how many are kept at most.
 _BYTES, _MOST = 6 * 12, 2**30
@@ -101,23 +106,28 @@ class ExtremesOf:
 
     def of(self, points: Sequence[PlacedMotion]) -> tuple[Extremes, ...]:
         """Extremes of points, in their order."""
-        amounts = [self.shapes.amounts(point, self.phase) for point in points]
-        lengths = self._lengths()
-        moved = [self._moved(each, lengths) for each in amounts]
-        stresses = self._stresses(amounts)
+        motions = [self._thinned(point) for point in points]
+        lengths, patches = self._lengths(), self._shapes_of_patches()
+        moved = [
+            self._moved(each, bound, patches)
+            for few in _together(motions)
+            for each, bound in zip(few, lengths.bounds(few), strict=True)
+        ]
+        stresses = self._stresses(motions)
         forces = [self._forces(point) for point in points]
         return tuple(_extremes(*each) for each in zip(moved, stresses, forces, strict=True))
 
     def amplitude(self, motion: Motion) -> float:
         """Largest displacement of a motion in m."""
-        return self._moved(self._amounts(motion), self._lengths())[0].value
+        thin = self._thinned(_Placed(motion))
+        return self._largest_moved(thin, self._lengths().bounds([thin])[0]).value
 
     def stress(self, motion: Motion) -> float:
         """Largest von Mises stress of a motion in Pa, away from singular places."""
-        amounts, mises = self._amounts(motion), Largest(len(self.body.mesh.nodes))
+        thin, mises = self._thinned(_Placed(motion)), Largest(len(self.body.mesh.nodes))
         for part in self._for_many():
-            own = partial(part.mises, amounts)
-            mises.add_regular(part.nodes, part.screen.bounds(amounts).mises, own)
+            (bounds,) = part.screen.bounds([thin])
+            mises.add_regular(part.nodes, bounds.mises, partial(part.mises, thin.amounts))
         return mises.away.value
 
     def _for_many(self) -> Iterable[_Part]:
@@ -149,31 +159,42 @@ class ExtremesOf:
                 for swing in swings
             ]
         )
-        moved, of_patches = self._moved(amounts, self._lengths())
-        (stresses,) = self._stresses([amounts])
+        motion = thinned(amounts, np.arange(2))
+        (bound,) = self._lengths().bounds([motion])
+        moved, of_patches = self._moved(motion, bound, self._shapes_of_patches())
+        (stresses,) = self._stresses([motion])
         none = np.zeros((1, len(of_patches)))
         return _extremes((moved, of_patches), stresses, (none, none[0]))
 
-    def _amounts(self, motion: Motion) -> Array:
-        return self.shapes.amounts(_Placed(motion), self.phase)
+    def _thinned(self, point: PlacedMotion) -> Thinned:
+        return thinned(self.shapes.amounts(point, self.phase), self.phase)
 
     def _lengths(self) -> LengthScreen:
         """Displacements of the shapes in single precision."""
         branch = self.branch
         return length_screen(len(branch.nodes), branch.shapes.shape[2], self.shapes.at)
 
-    def _moved(self, amounts: Array, lengths: LengthScreen) -> tuple[Spot, Array]:
+    def _shapes_of_patches(self) -> list[Array]:
+        """Displacements of the shapes at the nodes of each patch, each (shapes, nodes, dim)."""
+        return [self.shapes.at(nodes) for nodes in self.patches]
+
+    def _moved(self, motion: Thinned, bound: Array, patches: Sequence[Array]) -> tuple[Spot, Array]:
         """The largest displacement, and that of the nodes of each patch, shape (patches,)."""
+        of_patches = [
+            _lengths_of(motion.amounts, own).max() if own.size else np.nan for own in patches
+        ]
+        return self._largest_moved(motion, bound), np.array(of_patches)
+
+    def _largest_moved(self, motion: Thinned, bound: Array) -> Spot:
+        """The largest displacement, which is not above a bound at each node, shape (n,)."""
 
         def exact(few: Indices) -> Array:
-            field = np.tensordot(amounts, self.shapes.at(few), 1)
-            return np.sqrt(np.einsum("tni,tni->tn", field, field).max(axis=0))
+            return _lengths_of(motion.amounts, self.shapes.at(few))
 
-        found, values = with_largest(lengths.bound(amounts), exact, 1)
+        found, values = with_largest(bound, exact, 1)
         at = first_of_largest(values, found)
         x, y, z = (float(each) for each in self.branch.nodes[found[at]])
-        patches = [exact(each).max() if len(each) else np.nan for each in self.patches]
-        return Spot(float(values[at]), int(found[at]), (x, y, z)), np.array(patches)
+        return Spot(float(values[at]), int(found[at]), (x, y, z))
 
     def _forces(self, point: PlacedMotion) -> tuple[Array, Array]:
         """Forces of each patch in N, (instants, patches), and its impulse a period in N s."""
@@ -183,13 +204,15 @@ class ExtremesOf:
         mean = series.weight @ point.motion.force
         return forces @ of_patch, mean @ of_patch / point.motion.frequency
 
-    def _stresses(self, amounts: Sequence[Array]) -> list[_Stresses]:
-        """Stresses of motions of amounts of shapes, part by part of the body."""
+    def _stresses(self, motions: Sequence[Thinned]) -> list[_Stresses]:
+        """Stresses of motions, part by part of the body."""
         total = len(self.body.mesh.nodes)
-        found = [_Stresses(*(Largest(total) for _ in range(4))) for _ in amounts]
+        found = [_Stresses(*(Largest(total) for _ in range(4))) for _ in motions]
         for part in self._parts():
-            for own, each in zip(found, amounts, strict=True):
-                self._add(own, each, part)
+            own = iter(found)
+            for few in _together(motions):
+                for each, bounds in zip(few, part.screen.bounds(few), strict=True):
+                    self._add(next(own), each.amounts, bounds, part)
         return found
 
     def _parts(self) -> Iterator[_Part]:
@@ -205,9 +228,9 @@ class ExtremesOf:
                 static,
             )
 
-    def _add(self, found: _Stresses, amounts: Array, part: _Part) -> None:
+    def _add(self, found: _Stresses, amounts: Array, bounds: Bounds, part: _Part) -> None:
         """Take a part of the body into account, for a motion of amounts (t, shapes)."""
-        nodes, bounds, strengths = part.nodes, part.screen.bounds(amounts), self.strengths
+        nodes, strengths = part.nodes, self.strengths
 
         def stress(few: Indices) -> Array:
             return part.basis.stress(amounts, few)
@@ -259,6 +282,17 @@ def extremes_of(
         patches=_patches(branch),
         bases=bases,
     )
+
+
+def _together(motions: Sequence[Thinned]) -> list[Sequence[Thinned]]:
+    """Motions that are screened in one go."""
+    return [motions[start : start + _AT_ONCE] for start in range(0, len(motions), _AT_ONCE)]
+
+
+def _lengths_of(amounts: Array, shapes: Array) -> Array:
+    """Largest displacement over time of amounts (t, shapes) of shapes (shapes, n, dim), (n,)."""
+    field = np.tensordot(amounts, shapes, 1)
+    return np.sqrt(np.einsum("tni,tni->tn", field, field).max(axis=0))
 
 
 def _extremes(

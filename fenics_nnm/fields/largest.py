@@ -81,12 +81,14 @@ class Largest:
             bound: What their values are not above, shape (n,).
             exact: Values at some of them.
         """
-        found, values = with_largest(bound, exact, self._kept)
-        at = first_of_largest(values, nodes.numbers[found])
-        spot = nodes.spot(found[at], float(values[at]))
-        if _above(spot, self._anywhere):
-            self._anywhere, self._kind = spot, int(nodes.kinds[found[at]])
-        self._top = np.sort(np.concatenate([self._top, values]))[-self._kept :]
+        least = self._top[0] if len(self._top) == self._kept else -np.inf
+        found, values = with_largest(bound, exact, self._kept, least)
+        if len(found):
+            at = first_of_largest(values, nodes.numbers[found])
+            spot = nodes.spot(found[at], float(values[at]))
+            if _above(spot, self._anywhere):
+                self._anywhere, self._kind = spot, int(nodes.kinds[found[at]])
+            self._top = np.sort(np.concatenate([self._top, values]))[-self._kept :]
         self.add_regular(nodes, bound, exact)
 
     def add_regular(self, nodes: Nodes, bound: Array, exact: Callable[[Indices], Array]) -> None:
@@ -95,7 +97,10 @@ class Largest:
         chosen = chosen[~np.isnan(bound[chosen])]
         if not len(chosen):
             return
-        found, values = with_largest(bound[chosen], lambda few: exact(chosen[few]), 1)
+        least = self._away.value if self._away.known else -np.inf
+        found, values = with_largest(bound[chosen], lambda few: exact(chosen[few]), 1, least)
+        if not len(found):
+            return
         at = first_of_largest(values, nodes.numbers[chosen[found]])
         spot = nodes.spot(chosen[found[at]], float(values[at]))
         if _above(spot, self._away):

@@ -18,10 +18,11 @@ from fenics_nnm.backbone.extremes import CLAMP_EDGE, CONTACT, CORNER, KINDS, pac
 from fenics_nnm.fem.reference_cell import reference_cell
 from fenics_nnm.fields.body import field_body
 from fenics_nnm.fields.invariants import principal, von_mises
-from fenics_nnm.fields.screening import with_largest
+from fenics_nnm.fields.screening import length_screen, stress_screen, with_largest
 from fenics_nnm.fields.shapes import motion_shapes
 from fenics_nnm.fields.singular import singular_corners, singular_kinds
 from fenics_nnm.fields.stress_basis import stress_basis
+from fenics_nnm.fields.thinned import thinned
 from fenics_nnm.results.stored_branch import StoredBranch, read_stored_branch
 
 StudyFile = Callable[..., Path]
@@ -202,14 +203,43 @@ def test_bounds_find_the_largest_values() -> None:
     assert with_largest(bound[:2], lambda few: values[few], 4)[1] == pytest.approx(values[:2])
 
 
-def test_principal_bound_holds_for_random_stresses() -> None:
-    from fenics_nnm.fields.screening import stress_screen
-
+def test_bounds_of_the_same_instants_are_the_stresses() -> None:
     rng = np.random.default_rng(6)
     shapes, rest = rng.standard_normal((3, 6, 40)), rng.standard_normal((6, 40))
-    steady, amounts = rng.standard_normal((6, 40)), rng.standard_normal((7, 3))
+    steady, amounts = rng.standard_normal((6, 40)), rng.standard_normal((2, 3))
+    screen = stress_screen(shapes, rest, steady)
+    other = thinned(rng.standard_normal((2, 3)), np.arange(2))
+    _, bounds = screen.bounds([other, thinned(amounts, np.arange(2))])
     stress = np.moveaxis(np.tensordot(amounts, shapes, 1) + steady, 1, 2)
-    bounds = stress_screen(shapes, rest, steady).bounds(amounts)
     assert bounds.mises == pytest.approx(von_mises(stress).max(axis=0), rel=1e-5)
     assert bounds.change == pytest.approx(von_mises(stress - rest.T).max(axis=0), rel=1e-5)
     assert np.all(bounds.tension * (1 + 1e-5) >= principal(stress)[..., 0].max(axis=0))
+
+
+def test_bounds_hold_between_the_instants_that_are_looked_at() -> None:
+    rng = np.random.default_rng(7)
+    shapes, at = rng.standard_normal((4, 6, 60)), rng.standard_normal((4, 60, 3))
+    phase = np.sort(rng.uniform(0, np.pi, 41))
+    amounts = np.cos(np.outer(phase, [1, 2, 5, 9])) * [5.0, 1.0, 0.5, 0.3]
+    motion = thinned(amounts, phase)
+    assert len(motion.few) < 10
+    (bounds,) = stress_screen(shapes, shapes[0], np.empty((6, 0))).bounds([motion])
+    (bound,) = length_screen(60, 3, lambda few: at[:, few]).bounds([motion])
+    stress = np.moveaxis(np.tensordot(amounts, shapes, 1), 1, 2)
+    lengths = np.linalg.norm(np.tensordot(amounts, at, 1), axis=2)
+    of_all = {
+        "mises": (bounds.mises, von_mises(stress)),
+        "change": (bounds.change, von_mises(stress - shapes[0].T)),
+        "tension": (bounds.tension, principal(stress)[..., 0]),
+        "length": (bound, lengths),
+    }
+    for above, values in of_all.values():
+        assert np.all(above * (1 + 1e-5) >= values.max(axis=0))
+    assert np.all(bounds.mises < 1.7 * von_mises(stress).max(axis=0))
+    assert np.all(bound < 1.7 * lengths.max(axis=0))
+
+
+def test_values_below_the_least_are_not_looked_at() -> None:
+    values = np.arange(10.0)
+    assert sorted(with_largest(values, lambda few: values[few], 3, 8.0)[1]) == [8.0, 9.0]
+    assert len(with_largest(values, lambda few: values[few], 3, 20.0)[0]) == 0

@@ -17,6 +17,7 @@ import pytest
 
 import fenics_nnm
 from fenics_nnm.errors import Code, ConvergenceError, ModelError, OutputError
+from fenics_nnm.processes import environment_of_child
 from fenics_nnm.study.error_keys import KEYS, in_keys, one_line
 
 PACKAGE = Path(fenics_nnm.__file__).parent
@@ -180,6 +181,25 @@ def test_numerical_rooms_need_numpy_and_scipy_alone() -> None:
     assert ended.returncode == 0, ended.stderr
     rooms = {room(name.removeprefix("fenics_nnm.")) for name in ended.stdout.split()}
     assert rooms <= {*NUMERICAL, "arrays", "errors", "stages"}
+
+
+def test_the_process_that_builds_a_geometry_starts_without_what_it_does_not_use() -> None:
+    program = (
+        "import sys\n"
+        "for name in ('dolfinx', 'petsc4py', 'slepc4py', 'mpi4py', 'h5py', 'matplotlib'):\n"
+        "    sys.modules[name] = None\n"
+        "import fenics_nnm.fem.native_worker, fenics_nnm.fem.build_geometry\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-P", "-c", program],
+        cwd=PACKAGE.parent,
+        env=environment_of_child(),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
 
 
 def _messages(tree: ast.Module) -> Iterator[str]:

@@ -159,7 +159,7 @@ class ExtremesOf:
                 for swing in swings
             ]
         )
-        motion = thinned(amounts, np.arange(2))
+        motion = thinned(amounts, np.arange(2.0))
         (bound,) = self._lengths().bounds([motion])
         moved, of_patches = self._moved(motion, bound, self._shapes_of_patches())
         (stresses,) = self._stresses([motion])

@@ -147,12 +147,13 @@ class LengthScreen:
     sizes: Single
     dim: int
 
-    def bounds(self, motions: Sequence[Thinned]) -> Array:
-        """What lengths over time are not above, at all nodes of motions: shape (motions, n)."""
+    def bounds(self, motions: Sequence[Thinned]) -> list[Array]:
+        """What lengths over time are not above, at all nodes (n,) of each motion."""
         few, starts = _few(motions)
         moved = ((few @ block).reshape(len(few), self.dim, -1) for block in self.blocks)
         found = [np.maximum.reduceat(_length(each), starts) for each in moved]
-        return np.asarray(np.concatenate(found, axis=1) + _bent(motions) @ self.sizes)
+        largest = np.concatenate(found, axis=1) + _bent(motions) @ self.sizes
+        return [np.asarray(each) for each in largest]
 
 
 def length_screen(count: int, dim: int, at: Callable[[slice], Array]) -> LengthScreen:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from fenics_nnm.fem.contact import ContactInterface, interface_at
 from fenics_nnm.fem.contact_sites import ContactSites, contact_sites
@@ -16,6 +17,8 @@ from fenics_nnm.structure.kinematics import Reached, asked_of_study
 from fenics_nnm.structure.loading import assert_off_axis
 from fenics_nnm.structure.point_choice import Choices, chosen_of
 from fenics_nnm.study import MeshStudy
+
+Solver = TypeVar("Solver", bound=ModalSolver)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +48,8 @@ class Assembled:
 
 
 def factored(
-    assembled: Assembled, solver_of: Callable[[Solid], ModalSolver]
-) -> tuple[Assembled, ModalSolver]:
+    assembled: Assembled, solver_of: Callable[[Solid], Solver]
+) -> tuple[Assembled, Solver]:
     """A body and its modal solver; to be called on all ranks.
 
     If its static state turns out not to be stable, the loads are applied again, in parts.

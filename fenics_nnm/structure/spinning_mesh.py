@@ -55,9 +55,10 @@ class SpinningMesh:
 
     def at(self, speed: float, count: int) -> Spin:
         """The body at a speed, see `structure.campbell`; to be called on all ranks."""
-        assembled, found = factored(self._loaded(mesh_spun(self.study, speed)), DirectModalSolver)
+        loaded_body = self._loaded(mesh_spun(self.study, speed))
+        assembled, solver = factored(loaded_body, DirectModalSolver)
         solid = assembled.solid
-        with found as solver:
+        with solver:
             modes = solver.modes(min(count + SPARE, solid.free))
             omega = _with_coriolis(assembled, modes, solver)
         momenta, gap = product(solid.mass, modes.shapes), float(assembled.sites.gap.min())

@@ -28,6 +28,7 @@ _FACE = {
     "ResponseCurve": "face.response_curve",
     "Campbell": "face.diagrams",
     "Sweep": "face.diagrams",
+    "Simulation": "face.simulation",
     "ContactHistory": "face.histories",
     "MotionHistory": "face.histories",
     "UnknownsHistory": "face.histories",

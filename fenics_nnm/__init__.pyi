@@ -21,6 +21,7 @@ from fenics_nnm.face.point import Point as Point
 from fenics_nnm.face.response import Response as Response
 from fenics_nnm.face.response import load_response as load_response
 from fenics_nnm.face.response_curve import ResponseCurve as ResponseCurve
+from fenics_nnm.face.simulation import Simulation as Simulation
 from fenics_nnm.face.study import Study as Study
 from fenics_nnm.face.study import make_study as make_study
 from fenics_nnm.face.study import new_study as new_study

@@ -14,7 +14,7 @@ from fenics_nnm import __version__
 from fenics_nnm.commands import COMMANDS
 from fenics_nnm.commands.shared import BAD_INPUT, INCOMPLETE, complain
 from fenics_nnm.commands.warnings_shown import show_by_line
-from fenics_nnm.errors import ConvergenceError, NonlinearModeError, OutputError
+from fenics_nnm.errors import ConvergenceError, NoBodyError, NonlinearModeError, OutputError
 from fenics_nnm.interrupts import raised
 from fenics_nnm.running.beginning import begin
 
@@ -55,7 +55,7 @@ def _configure_logging(*, verbose: bool) -> None:
 def _verdict(error: BaseException) -> tuple[str, int]:
     """One line about an error, and the exit code."""
     code = BAD_INPUT if isinstance(error, NonlinearModeError) else INCOMPLETE
-    if isinstance(error, ConvergenceError | OutputError):
+    if isinstance(error, ConvergenceError | OutputError) and not isinstance(error, NoBodyError):
         code = INCOMPLETE
     return _line(error), code
 

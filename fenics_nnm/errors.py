@@ -84,6 +84,10 @@ class OutputError(NonlinearModeError):
     """
 
 
+class NoBodyError(OutputError):
+    """Pictures or fields are asked of results of matrices, which have no mesh: bad input."""
+
+
 class ConvergenceError(NonlinearModeError, RuntimeError):
     """A computation ended before it gave what was asked for; exit code 1."""
 

@@ -30,12 +30,6 @@ if TYPE_CHECKING:
     from fenics_nnm.structure.simulated import Leg, Simulated, Wanted
     from fenics_nnm.study import Study
 
-#: Periods at a constant frequency, and at each frequency of a sweep, if not given.
-_CONSTANT, _SWEPT = 500, 20
-
-#: More periods than this are a misprint.
-_MOST = 10_000_000
-
 _WAYS = ("up", "down", "both")
 
 
@@ -57,7 +51,7 @@ def add_to(commands: Commands) -> None:
         "--periods",
         type=int,
         metavar="N",
-        help=f"periods in all (default: {_CONSTANT}), or at each frequency of a sweep ({_SWEPT})",
+        help="periods in all (default: 500), or at each frequency of a sweep (20)",
     )
     simulate.add_argument(
         "--level", type=float, default=1.0, metavar="X", help="factor of all forces (default: 1)"
@@ -91,9 +85,10 @@ def _simulate(arguments: argparse.Namespace) -> int:
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.simulation_report import write_simulation
     from fenics_nnm.structure.driven import driven_structure
-    from fenics_nnm.structure.simulated import simulated
+    from fenics_nnm.structure.simulated import asked_of, simulated
 
-    wanted = _wanted(arguments)
+    given = arguments
+    wanted = asked_of(given.frequency, given.periods, given.way, given.level)
     (study, _), comm = asked_study(arguments), MPI.COMM_WORLD
     console = console_of(comm)
     wanted = on_root(comm, _with_start, arguments, study, wanted)
@@ -111,29 +106,6 @@ def _simulate(arguments: argparse.Namespace) -> int:
     if found.failure and comm.rank == 0:
         complain(f"incomplete: {found.failure}")
     return INCOMPLETE if found.failure else DONE
-
-
-def _wanted(arguments: argparse.Namespace) -> Wanted:
-    """What is to be simulated.
-
-    Raises:
-        StudyError: if an argument is out of bounds.
-    """
-    from fenics_nnm.structure.simulated import Wanted, Way
-
-    for name in ("frequency", "level"):
-        value = getattr(arguments, name)
-        if value is not None and not 0 < value < float("inf"):
-            raise StudyError(f"--{name} {value:g}: must be positive")
-    constant = arguments.frequency is not None
-    periods = arguments.periods
-    if periods is None:
-        periods = _CONSTANT if constant else _SWEPT
-    if not 0 < periods <= _MOST:
-        raise StudyError(f"--periods {periods}: must be from 1 to {_MOST}")
-    if constant and arguments.way != "both":
-        raise StudyError(f"--way {arguments.way}: has no effect with --frequency")
-    return Wanted(arguments.frequency, periods, Way(arguments.way), arguments.level)
 
 
 def _with_start(arguments: argparse.Namespace, study: Study, wanted: Wanted) -> Wanted:

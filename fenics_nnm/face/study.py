@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,10 @@ from fenics_nnm.study.toml_text import toml_text
 if TYPE_CHECKING:
     from fenics_nnm.face.branch import Branch
     from fenics_nnm.face.check import Check
+    from fenics_nnm.face.diagrams import Campbell, Sweep
     from fenics_nnm.face.response import Response
+    from fenics_nnm.face.running import Asked
+    from fenics_nnm.face.simulation import Simulation
     from fenics_nnm.structure.shared_analysis import SharedAnalysis
 
 #: Name of the file that a study made of values stands for, in messages.
@@ -137,10 +140,9 @@ gap in m, negative for an interference)
             NonlinearModeError: if the study cannot be run, or the results not be written.
             ConvergenceError: if no point was found.
         """
-        from fenics_nnm.face.running import Asked, followed
+        from fenics_nnm.face.running import followed
 
-        asked = Asked(self._checked, self.text, self.path, self._kept.analyse)
-        return followed(asked, None if folder is None else Path(folder), resume=resume)
+        return followed(self._asked, None if folder is None else Path(folder), resume=resume)
 
     @in_words_of_study
     def response(self, folder: str | Path | None = None, *, resume: bool = False) -> Response:
@@ -154,10 +156,91 @@ gap in m, negative for an interference)
         Raises:
             NonlinearModeError: if the study cannot be driven, or the results not be written.
         """
-        from fenics_nnm.face.running import Asked, responded
+        from fenics_nnm.face.running import responded
 
-        asked = Asked(self._checked, self.text, self.path, self._kept.analyse)
-        return responded(asked, None if folder is None else Path(folder), resume=resume)
+        return responded(self._asked, None if folder is None else Path(folder), resume=resume)
+
+    @in_words_of_study
+    def sweep(
+        self, values: Mapping[str, Sequence[Any]], folder: str | Path, *, response: bool = False
+    ) -> Sweep:
+        """Run the study with all combinations of values: as `fenics-nnm sweep`, without pictures.
+
+        Args:
+            values: Values of each key, as in `{"contact.gap": [1e-4, 2e-4]}`.
+            folder: Folder of the sweep. Studies that are done there are not run again.
+            response: Responses of driven structures in place of branches.
+
+        Raises:
+            NonlinearModeError: if a key or a value is wrong, or results cannot be written.
+        """
+        from fenics_nnm.face.making import sweep_of
+
+        plain = {key: _plain(list(given)) for key, given in values.items()}
+        return sweep_of(self._asked, Path(folder), plain, response=response)
+
+    @in_words_of_study
+    def campbell(
+        self,
+        speeds_rad_per_s: Sequence[float],
+        folder: str | Path,
+        *,
+        modes: int = 6,
+        orders: Sequence[int] = (1, 2, 3, 4),
+        energies_J: Sequence[float] = (),
+        amplitudes_m: Sequence[float] = (),
+    ) -> Campbell:
+        """Make a Campbell diagram in this process: as `fenics-nnm campbell`.
+
+        Args:
+            speeds_rad_per_s: Speeds, ascending.
+            folder: Folder of the results.
+            modes: Number of linear modes.
+            orders: Engine orders.
+            energies_J: Energies of nonlinear lines.
+            amplitudes_m: Largest displacements of nonlinear lines.
+
+        Raises:
+            NonlinearModeError: if it cannot be made, or the results not be written.
+        """
+        from fenics_nnm.face.making import Lines, campbell_of
+
+        lines = Lines(list(speeds_rad_per_s), modes, orders, energies_J, amplitudes_m)
+        return campbell_of(self._asked, Path(folder), lines)
+
+    @in_words_of_study
+    def simulate(
+        self,
+        folder: str | Path,
+        *,
+        frequency_Hz: float | None = None,
+        periods: int | None = None,
+        way: str = "both",
+        level: float = 1.0,
+    ) -> Simulation:
+        """Follow the driven structure in time from rest: as `fenics-nnm simulate`.
+
+        Args:
+            folder: Folder of the results.
+            frequency_Hz: Constant frequency; a sweep through those of [response] if not given.
+            periods: Periods in all, 500 if not given; or at each frequency of a sweep, 20.
+            way: Way of a sweep: "up", "down" or "both".
+            level: Factor of all forces.
+
+        Raises:
+            NonlinearModeError: if the study cannot be driven, or the results not be written.
+        """
+        from fenics_nnm.face.making import simulation
+        from fenics_nnm.structure.simulated import asked_of
+
+        wanted = asked_of(frequency_Hz, periods, way, level)
+        return simulation(self._asked, Path(folder), wanted)
+
+    @property
+    def _asked(self) -> Asked:
+        from fenics_nnm.face.running import Asked
+
+        return Asked(self._checked, self.text, self.path, self._kept.analyse)
 
 
 @in_words_of_study

@@ -12,7 +12,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.backbone.point import BranchPoint
-from fenics_nnm.errors import OutputError
+from fenics_nnm.errors import NoBodyError, OutputError
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.motion import Motion, force_rates_at, forces_at, free_displacement
 from fenics_nnm.mechanics.pairs import Pairs
@@ -254,7 +254,7 @@ def body_in(
     """
     with branch_file.reading(path), h5py.File(path, "r") as file:
         if "mesh" not in file:
-            raise OutputError(f"{path}: has no mesh to draw: it is of a study of [matrices]")
+            raise NoBodyError(f"{path}: has no mesh to draw: it is of a study of [matrices]")
         _assert_rows(file, len(file["mesh/points"]), ("mesh/cells", "contact/facets"))
         _assert_rows(file, len(file["material/elasticity"]), ("material/row",))
         return StoredBranch(

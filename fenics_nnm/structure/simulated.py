@@ -75,6 +75,39 @@ class Wanted:
     start: Start | None = None
 
 
+#: Periods at a constant frequency, and at each frequency of a sweep, if not given.
+CONSTANT, SWEPT = 500, 20
+
+#: More periods than this are a misprint.
+_MOST = 10_000_000
+
+
+def asked_of(frequency: float | None, periods: int | None, way: str, level: float) -> Wanted:
+    """What is to be simulated, from rest.
+
+    Args:
+        frequency: Constant frequency in Hz; None for a sweep.
+        periods: Periods at each frequency; usual ones if None.
+        way: Way of a sweep: "up", "down" or "both".
+        level: Factor of all forces.
+
+    Raises:
+        StudyError: if one of them is out of bounds.
+    """
+    for name, value in (("frequency", frequency), ("level", level)):
+        if value is not None and not 0 < value < float("inf"):
+            raise StudyError(f"--{name} {value:g}: must be positive")
+    if periods is None:
+        periods = SWEPT if frequency is None else CONSTANT
+    if not 0 < periods <= _MOST:
+        raise StudyError(f"--periods {periods}: must be from 1 to {_MOST}")
+    if way not in [each.value for each in Way]:
+        raise StudyError(f"--way {way}: must be one of {', '.join(each.value for each in Way)}")
+    if frequency is not None and way != "both":
+        raise StudyError(f"--way {way}: has no effect with --frequency")
+    return Wanted(frequency, periods, Way(way), level)
+
+
 @dataclass(frozen=True, slots=True)
 class State:
     """A state of a structure.

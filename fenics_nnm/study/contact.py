@@ -15,8 +15,8 @@ from fenics_nnm.study.record import (
     Count,
     Finite,
     FromList,
+    Label,
     Length,
-    Name,
     Names,
     Place,
     Record,
@@ -69,7 +69,7 @@ class LawSection(Record):
 class PatchSection(Record):
     """Facets that can meet a rigid obstacle, or other facets of the body."""
 
-    name: Name | None = Field(None, description="name of the patch, for the results")
+    name: Label | None = Field(None, description="name of the patch, for the results")
     facets: Names = Field(description="name of a group of facets, or a list of names")
     against: Names | None = Field(
         None, description="facets of the same mesh that they can meet: a name, or a list of names"

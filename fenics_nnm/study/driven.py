@@ -15,7 +15,7 @@ from fenics_nnm.study.record import (
     Count,
     Finite,
     FromList,
-    Name,
+    Label,
     Names,
     Place,
     Positive,
@@ -110,7 +110,7 @@ class MatrixExcitationSection(_Harmonic):
 class MonitorSection(Record):
     """A place whose displacement is watched."""
 
-    name: Name = Field(description="name in response.csv")
+    name: Label = Field(description="name in response.csv")
     at: Place | None = Field(None, description="coordinates in m: the nearest vertex is taken")
     facets: Names | None = Field(
         None, description="name of a group of facets, or a list: their mean displacement"
@@ -132,7 +132,7 @@ class MonitorSection(Record):
 class MatrixMonitorSection(Record):
     """An unknown of matrices that is watched."""
 
-    name: Name = Field(description="name in response.csv")
+    name: Label = Field(description="name in response.csv")
     unknown: Count = Field(description="number of the unknown: row of the stiffness, from 1")
 
 

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from fenics_nnm.errors import ModelError
 from fenics_nnm.geometry.amounts import InPascal
-from fenics_nnm.geometry.lengths import InMetres
+from fenics_nnm.geometry.lengths import WRONG_LENGTH, InMetres
 
 #: Numbers beyond these, in SI units, are misprints, and their squares cannot be computed with.
 LARGEST, SMALLEST, MOST = 1e30, 1e-30, 1_000_000
@@ -54,6 +54,18 @@ Place = Annotated[
 Stress = Annotated[Positive, InPascal]
 
 Name = Annotated[str, Field(min_length=1)]
+
+
+def _one_line(text: str) -> str:
+    """A text of one line that can be read."""
+    if not text.strip() or not text.isprintable():
+        raise PydanticCustomError(WRONG_LENGTH, "must be one line of text, not empty")
+    return text
+
+
+#: A name that is shown in tables and pictures.
+Label = Annotated[str, AfterValidator(_one_line)]
+
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
 
 #: Directions along an axis, either way.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,9 +62,35 @@ def plan(
     combinations = [
         (*row, *chosen) for row in rows for chosen in _combined(settings, zipped=zipped)
     ]
-    cases = tuple(_cases(Base(file, values, common), folder, combinations, kind))
-    ordered = tuple(setting.key for setting in combinations[0])
-    return Plan(file, folder, ordered, cases, kind.ratios(cases, asked), common)
+    return _planned(Base(file, values, common), folder, combinations, kind, asked)
+
+
+def plan_of(path: Path, text: str, folder: Path, lists: Sequence[Settings], kind: Kind) -> Plan:
+    """Combine values of keys of a study that is no file, and check all studies that they make.
+
+    Args:
+        path: Place of the study, that files are relative to.
+        text: Text of its study file.
+        folder: Folder of the sweep.
+        lists: Settings of each key.
+        kind: What is found of each study.
+
+    Raises:
+        StudyError: as of `plan`.
+    """
+    if not lists or not all(lists):
+        raise StudyError("nothing to sweep: give values of one key at least")
+    _assert_keys_differ([items[0].key for items in lists])
+    base = Base(path, tomllib.loads(text), ())
+    return _planned(base, folder, _combined(lists, zipped=False), kind, _NOTHING)
+
+
+def _planned(
+    base: Base, folder: Path, combinations: Sequence[Settings], kind: Kind, asked: Asked
+) -> Plan:
+    cases = tuple(_cases(base, folder, combinations, kind))
+    keys = tuple(setting.key for setting in combinations[0])
+    return Plan(base.file, folder, keys, cases, kind.ratios(cases, asked), base.common)
 
 
 @dataclass(frozen=True, slots=True)

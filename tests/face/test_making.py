@@ -12,6 +12,8 @@ from conftest import Ended
 
 import fenics_nnm as nnm
 from fenics_nnm.errors import StudyError
+from fenics_nnm.study import study_from
+from fenics_nnm.study.error_keys import one_line
 
 #: A mass on a spring of 4 N/m, with a massless contact point before it, that turns.
 STOP: dict[str, Any] = {
@@ -77,8 +79,11 @@ def test_matrices_have_no_fields(
 
 
 @pytest.mark.parametrize("name", ["two\nlines", " ", "tab\there"])
-def test_a_name_is_one_line(
-    name: str, study_file: Callable[..., Path], command: Callable[..., Ended]
-) -> None:
-    file = study_file({**STOP, "monitor": [{"name": name, "unknown": 1}]})
-    command("response", file).assert_one_line(2, "monitor[1].name = ", "must be one line of text")
+def test_a_name_is_one_line(name: str) -> None:
+    wrong = {**STOP, "monitor": [{"name": name, "unknown": 1}]}
+    with pytest.raises(StudyError) as caught:
+        study_from(wrong, Path("study.toml"))
+    line = one_line(caught.value)
+    assert line.startswith("study.toml: monitor[1].name = ")
+    assert "must be one line of text" in line
+    assert line.isprintable()

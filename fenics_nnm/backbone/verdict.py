@@ -247,9 +247,13 @@ def _evidence_of(
 def _evidence(
     flow: Integrator, rough: Integrator, series: Series, point: BranchPoint, *, shooting: bool
 ) -> _Evidence:
-    """What they say of a point; ten periods where nothing else tells, or they cost little."""
+    """What they say of a point; ten periods where nothing else tells, or they cost little.
+
+    Shooting begins with the period that was followed, so that this is an exact one.
+    """
     once = shooting and not flow.cheap
-    found = followed(rough, series, point.motion, periods=1 if once else PERIODS)
+    first, periods = (flow, 1) if once else (rough, PERIODS)
+    found = followed(first, series, point.motion, periods=periods)
     certificate = NO_CERTIFICATE
     if shooting and found.returned is not None:
         certificate = certified(flow, series, point, found.returned)

@@ -17,10 +17,10 @@ from fenics_nnm.arrays import Array, Mask
 from fenics_nnm.mechanics.closed import highest_frequency
 from fenics_nnm.mechanics.mechanics import Mechanics
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.time_domain.course import Course, Part
+from fenics_nnm.time_domain.course import Course, Part, parts_until
 from fenics_nnm.time_domain.exponential_rule import gauss_nodes
 from fenics_nnm.time_domain.integrator import Trajectory
-from fenics_nnm.time_domain.kept import Kept
+from fenics_nnm.time_domain.kept import Kept, bytes_of
 from fenics_nnm.time_domain.rungs import Rungs
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
 from fenics_nnm.time_domain.smooth_step import SmoothStep, Start
@@ -45,8 +45,11 @@ _ROUGH, _ROUGH_TURN = 100.0, 40.0
 #: Stages, and rules of steps, that are kept, if they are not too large.
 _KEPT = 500
 
-#: Courses that are kept: derivatives and multipliers are asked for after the motion itself.
-_LATEST = 8
+#: Courses that are kept: derivatives, multipliers and bifurcations are asked for after the motion.
+_LATEST = 100
+
+#: Walks that are kept: a motion is often followed for half a period, then for all of it.
+_WALKS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +83,9 @@ class Collocated:
     )
     _courses: Kept[Course] = field(
         init=False, repr=False, compare=False, default_factory=lambda: Kept(_LATEST)
+    )
+    _walks: Kept[_Walk] = field(
+        init=False, repr=False, compare=False, default_factory=lambda: Kept(_WALKS)
     )
     _latest: list[SmoothStage] = field(init=False, repr=False, compare=False, default_factory=list)
     _rules: Kept[Rule] = field(
@@ -117,15 +123,19 @@ class Collocated:
         )
 
     def course(self, q: Array, velocity: Array, span: float) -> Course:
-        """The course of the motion from a state for a time; the latest ones are kept."""
+        """The course of the motion from a state for a time; the latest ones are kept.
+
+        Steps do not depend on the time: a longer course goes on where a shorter one was left.
+        """
+        if not np.all(np.isfinite([*q, *velocity, span])):
+            failure = "the state to start from is not finite"
+            return Course(q, velocity, (q, velocity), (), failure)
+        state = (q + 0.0).tobytes(), (velocity + 0.0).tobytes()
 
         def made() -> Course:
-            if not np.all(np.isfinite([*q, *velocity, span])):
-                failure = "the state to start from is not finite"
-                return Course(q, velocity, (q, velocity), (), 0, failure)
-            return _Walk(self, q, velocity).course(span)
+            return self._walks.at(state, lambda: _Walk(self, q, velocity)).course(span)
 
-        return self._courses.at((q.tobytes(), velocity.tobytes(), span), made)
+        return self._courses.at((*state, span), made)
 
     @property
     def iterated(self) -> float:
@@ -193,34 +203,40 @@ class _Walk:
         self._first = self._q, self._velocity = q, velocity
         self._size = float(np.sqrt(2 * flow.energy(q, velocity)))
         self._rungs = Rungs(_LONGEST * 2 * np.pi / float(flow.model.omega[0]), flow.nodes)
-        self._clock, self._changes = 0.0, 0
+        self._clock, self._changes, self._changed = 0.0, 0, False
+        self._stage = flow.stage_after(q, velocity, None)
         self._parts: list[Part] = []
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays; those of its steps belong to the courses."""
+        return bytes_of(self._q, self._velocity)
+
     def course(self, span: float) -> Course:
-        """The course for a time."""
+        """The course for a time; the last step of it is left before its end."""
         failure = self._run(span)
-        end = self._q, self._velocity
-        return Course(*self._first, end, tuple(self._parts), self._changes, failure)
+        parts, end = tuple(parts_until(self._parts, span)), (self._q, self._velocity)
+        if parts and not failure:
+            end = parts[-1].end
+        return Course(*self._first, end if parts else self._first, parts, failure)
 
     def _run(self, span: float) -> str:
-        """Go on for a time; why it ended before, or nothing."""
-        stage = self._flow.stage_after(self._q, self._velocity, None)
+        """Go on, by whole steps, for a time or longer; why it ended before, or nothing."""
         while self._clock < span:
-            step = self._solved(stage)
+            if self._changed:
+                self._stage = self._flow.stage_after(self._q, self._velocity, self._stage)
+                self._changes, self._changed = self._changes + 1, False
+            if self._changes > self._flow.most_changes:
+                return (
+                    f"more than {self._flow.most_changes} changes of contact in "
+                    f"{self._clock:.3g} of {span:.3g} s"
+                )
+            step = self._solved(self._stage)
             if step is None:
                 return f"the steps in time became too small at {self._clock:.3g} of {span:.3g} s"
-            (ends, motion), left = step.end(), span - self._clock
-            if ends > left:
-                ends, motion = left, step.after(left)
+            ends, motion = step.end()
+            self._changed = ends < step.rule.step
             self._take(step, ends, motion)
-            if ends < min(left, step.rule.step):
-                stage = self._flow.stage_after(self._q, self._velocity, stage)
-                self._changes += 1
-                if self._changes > self._flow.most_changes:
-                    return (
-                        f"more than {self._flow.most_changes} changes of contact in "
-                        f"{self._clock:.3g} of {span:.3g} s"
-                    )
         return ""
 
     def _solved(self, stage: SmoothStage) -> SmoothStep | None:

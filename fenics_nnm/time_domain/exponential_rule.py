@@ -180,6 +180,17 @@ class Weights:
         moved += self.by_rate * rate[:, None]
         return np.asarray(moved)
 
+    @property
+    def by_start(self) -> Array:
+        """Coordinates and, below, velocities at the only time by those before, (2 J, 2 J)."""
+        columns = [[np.diag(at) for at in each.T] for each in (self.by_x, self.by_rate)]
+        return np.block([list(rows) for rows in zip(*columns, strict=True)])
+
+    def by_pushes(self, directions: Array) -> Array:
+        """The same by pushes at the nodes, along directions of shape (J, p), (2 J, p s)."""
+        by_pushes = self.both.swapaxes(0, 1)[:, :, None] * directions[:, :, None]
+        return by_pushes.reshape(2 * len(directions), -1)
+
     def carried(self, start: Array, directions: Array, pushes: Array) -> Array:
         """Changes of coordinates and, below, velocities at the only time, shape (2 J, c).
 
@@ -188,9 +199,8 @@ class Weights:
             directions: Directions of the pushes, shape (J, p).
             pushes: Changes of the pushes at the nodes, shape (p s, c).
         """
-        modes, columns = len(self.by_x), start.shape[1]
-        by_pushes = self.both[:, :, None] * directions[:, None, :, None]
-        moved = (by_pushes.reshape(2 * modes, -1) @ pushes).reshape(modes, 2, columns)
-        moved += self.by_x[:, :, None] * start[:modes, None]
-        moved += self.by_rate[:, :, None] * start[modes:, None]
-        return np.ascontiguousarray(moved.swapaxes(0, 1)).reshape(start.shape)
+        x, rate = np.split(start, 2)
+        moved = (self.by_pushes(directions) @ pushes).reshape(2, *x.shape)
+        moved += self.by_x.T[:, :, None] * x
+        moved += self.by_rate.T[:, :, None] * rate
+        return moved.reshape(start.shape)

@@ -96,7 +96,9 @@ class ReversibleMap:
         return np.append(self.flow.model.omega * self.target.q / self.target.amplitude, 1.0)
 
     def state(self, unknowns: Array) -> tuple[Array, Array, float]:
-        """Modal coordinates, velocities (none) and period."""
+        """Modal coordinates, velocities (none) and period; of the guess to its last digit."""
+        if np.array_equal(unknowns, self.start):
+            return self.target.q, np.zeros_like(self.target.q), self.target.period
         q = unknowns[:-1] * self.target.amplitude / self.flow.model.omega
         return q, np.zeros_like(q), float(unknowns[-1]) * self.target.period
 
@@ -136,7 +138,9 @@ class GeneralMap:
         return np.append(scaled, 1.0)
 
     def state(self, unknowns: Array) -> tuple[Array, Array, float]:
-        """Modal coordinates, velocities and period."""
+        """Modal coordinates, velocities and period; of the guess to its last digit."""
+        if np.array_equal(unknowns, self.start):
+            return self.target.q, self.target.velocity, self.target.period
         q, velocity = np.split(unknowns[:-1] / self._scale, 2)
         return q, velocity, float(unknowns[-1]) * self.target.period
 

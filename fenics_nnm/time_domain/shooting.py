@@ -76,7 +76,7 @@ class OrbitGuess:
             motion: Motion.
         """
         phase = np.zeros(1)
-        rate = series.rate_at(phase)[0] * 2 * np.pi * motion.frequency
+        rate = 2 * np.pi * motion.frequency * series.rate_at(phase)[0]
         return cls(
             q=series.basis_at(phase)[0] @ motion.q,
             velocity=rate @ motion.q,

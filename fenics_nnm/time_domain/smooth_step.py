@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -56,6 +56,7 @@ class SmoothStep:
         seen: What the remainder sees at the nodes, shape (3 k + P, s).
         pushes: What it pushes by there, shape (P + k, s).
         remainder: Remainder at the nodes in coordinates of the stage, shape (J, s).
+        _known: Weights at times that were asked for.
     """
 
     stage: SmoothStage
@@ -64,6 +65,9 @@ class SmoothStep:
     seen: Array
     pushes: Array
     remainder: Array
+    _known: dict[float, Weights] = field(
+        init=False, repr=False, compare=False, default_factory=dict
+    )
 
     @classmethod
     def solved(
@@ -116,19 +120,24 @@ class SmoothStep:
         """Coordinates of the stage and their velocities at a time, shape (J, 2)."""
         return self._motion(self._weights_at(time))
 
-    def carried(self, time: float, changes: Array) -> Array:
-        """Changes (2 J, c) of the state at the start, at a time of this step.
+    def carried(self, time: float, start: Array, slopes: Array) -> Array:
+        """Changes (2 J, c) at a time of this step, in coordinates of the stage and velocities.
 
         With B the slopes of the pushes, and h what is seen of the changes without pushes, these
         change by u = B (h + A u): (P + k) s equations for all changes at once.
+
+        Args:
+            time: Time from the start.
+            start: Changes at the start, shape (2 J, c).
+            slopes: Of the remainder at the nodes, shape (s, P + k, 3 k + P).
         """
-        V, rule, modes = self.stage.linear.V, self.rule, len(changes) // 2
-        start = np.concatenate([V.T @ changes[:modes], V.T @ changes[modes:]])
-        slopes = self.stage.remainder.slopes(self.seen)
-        matrix = np.eye(self.pushes.size) - self._pushed(slopes, rule.by_pushes)
+        rule = self.rule
+        matrix = self._pushed(-slopes, rule.by_pushes)
+        matrix.ravel()[rule.diagonal] += 1.0
         pushes = np.linalg.solve(matrix, self._pushed(slopes, rule.by_start @ start))
-        ends = self._weights_at(time).carried(start, self.stage.remainder.directions, pushes)
-        return np.concatenate([V @ ends[:modes], V @ ends[modes:]])
+        if time == rule.step:
+            return np.asarray(rule.end_by_start @ start + rule.end_by_pushes @ pushes)
+        return self._weights_at(time).carried(start, self.stage.remainder.directions, pushes)
 
     def continued(self, step: float, following: float) -> Array:
         """Pushes at the nodes of a following step, if it goes on, shape (P + k, s).
@@ -172,12 +181,16 @@ class SmoothStep:
         return time, near.at(time)
 
     def _pushed(self, slopes: Array, seen: Array) -> Array:
-        """Changes of pushes by what is seen at the nodes, columns of shape ((3 k + P) s, c)."""
+        """Changes of pushes, node by node, by what is seen there, ((3 k + P) s, c)."""
         by_node = seen.reshape(*self.seen.shape, seen.shape[1]).swapaxes(0, 1)
-        return (slopes @ by_node).swapaxes(0, 1).reshape(self.pushes.size, seen.shape[1])
+        return (slopes @ by_node).reshape(self.pushes.size, seen.shape[1])
 
     def _weights_at(self, time: float) -> Weights:
-        return self.rule.at_end if time == self.rule.step else self._weights(np.array([time]))
+        if time == self.rule.step:
+            return self.rule.at_end
+        if time not in self._known:
+            self._known[time] = self._weights(np.array([time]))
+        return self._known[time]
 
     def _weights(self, times: Array) -> Weights:
         return Weights.of(self.rule.nodes, self.stage.linear.nu, self.rule.step, times)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.time_domain.exponential_rule import GaussNodes, Weights
 from fenics_nnm.time_domain.kept import bytes_of
 from fenics_nnm.time_domain.remainder import Remainder
@@ -29,6 +29,11 @@ class Rule:
         watched: Times at which margins are looked at, the last at the end, shape (d,).
         at_watched: Weights at these.
         at_end: Weights at the end.
+        end_by_start: Coordinates at the end and their velocities by those at the start, without
+            pushes, shape (2 J, 2 J).
+        end_by_pushes: The same by the pushes, shape (2 J, (P + k) s).
+        diagonal: Where a square matrix of pushes, with rows node by node, has each push by itself,
+            shape ((P + k) s,).
         onwards: From pushes to a guess at those of a following step of this length, shape (s, s).
     """
 
@@ -40,6 +45,9 @@ class Rule:
     watched: Array
     at_watched: Weights
     at_end: Weights
+    end_by_start: Array
+    end_by_pushes: Array
+    diagonal: Indices
     onwards: Array
 
     @classmethod
@@ -59,6 +67,7 @@ class Rule:
         watched = step * np.arange(1, count + 1) / count
         watched = np.append(first, watched[watched > first])
         at_nodes = Weights.of(nodes, nu, step, step * nodes.at)
+        at_end = Weights.of(nodes, nu, step, np.array([step]))
         offset = np.concatenate([remainder.offset, np.zeros(len(remainder.rate))])
         return cls(
             step=step,
@@ -68,7 +77,10 @@ class Rule:
             by_pushes=_by_pushes(at_nodes, remainder),
             watched=watched,
             at_watched=Weights.of(nodes, nu, step, watched),
-            at_end=Weights.of(nodes, nu, step, np.array([step])),
+            at_end=at_end,
+            end_by_start=at_end.by_start,
+            end_by_pushes=at_end.by_pushes(remainder.directions),
+            diagonal=_diagonal(len(nodes.at), remainder.pushes),
             onwards=nodes.beyond(1 + nodes.at, np.eye(len(nodes.at))),
         )
 
@@ -76,11 +88,18 @@ class Rule:
     def nbytes(self) -> int:
         """Bytes of its arrays."""
         weights = self.at_watched.both, self.at_end.both
-        return bytes_of(self.by_start, self.by_pushes, *weights)
+        ends = self.end_by_start, self.end_by_pushes
+        return bytes_of(self.by_start, self.by_pushes, *ends, *weights)
 
     def free(self, x: Array, rate: Array) -> Array:
         """What is seen without pushes, from a state of the stage, shape ((3 k + P) s,)."""
         return np.asarray(self.by_start @ np.concatenate([x, rate]) + self.offset)
+
+
+def _diagonal(nodes: int, pushes: int) -> Indices:
+    """Flat places of a square matrix, rows by node and push, columns by push and node."""
+    columns = np.arange(nodes * pushes).reshape(pushes, nodes).T.ravel()
+    return np.arange(nodes * pushes) * (nodes * pushes) + columns
 
 
 def _by_start(weights: Weights, remainder: Remainder) -> Array:

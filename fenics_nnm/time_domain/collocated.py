@@ -30,6 +30,9 @@ from fenics_nnm.time_domain.step_rule import Rule
 #: As in `flow`: points in contact are those a moment later, this over the highest frequency.
 _MOMENT = 1e-9
 
+#: Bound of the error over a period as a part of the tolerance of a step; see there.
+_PERIOD = 1e-2
+
 #: Longest step as a part of the period of the lowest mode; steps are rungs from there.
 _LONGEST = 1 / 8
 
@@ -141,6 +144,11 @@ class Collocated:
     def iterated(self) -> float:
         """Change of the remainder, as a part of the motion, at which a step is converged."""
         return _ITERATED * self.tolerance
+
+    @property
+    def error(self) -> float:
+        """What is left by the tolerance of its steps, and more."""
+        return _PERIOD * self.tolerance
 
     @property
     def cheap(self) -> bool:

@@ -158,6 +158,11 @@ class DampedFlow:
         return self.book.forces(np.hstack([q, moved]))
 
     @property
+    def error(self) -> float:
+        """Round-off."""
+        return 1e-13
+
+    @property
     def cheap(self) -> bool:
         """All motions are followed for ten periods."""
         return True

@@ -92,9 +92,11 @@ class GaussNodes:
 
     def derivatives(self, at: float) -> Array:
         """By values, at a place: those of their polynomial and two derivatives, shape (3, s)."""
-        here = self.basis(np.array(at))
-        slope = here @ self.to_slopes
-        return np.stack([here, slope, slope @ self.to_slopes])
+        found = np.empty((3, len(self.at)))
+        found[0] = self.basis(np.array(at))
+        np.matmul(found[0], self.to_slopes, out=found[1])
+        np.matmul(found[1], self.to_slopes, out=found[2])
+        return found
 
     def beyond(self, at: Array, values: Array) -> Array:
         """A guess at values of shape (n, s) at places beyond 1, shape (t,), of shape (n, t)."""

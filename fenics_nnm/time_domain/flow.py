@@ -79,6 +79,11 @@ class Flow:
         return self._book.forces(q)
 
     @property
+    def error(self) -> float:
+        """Round-off."""
+        return 1e-13
+
+    @property
     def cheap(self) -> bool:
         """All motions are followed for ten periods."""
         return True

@@ -73,6 +73,10 @@ class Integrator(Protocol):
         """
 
     @property
+    def error(self) -> float:
+        """Bound of the error of a motion over a period, relative in the energy norm."""
+
+    @property
     def cheap(self) -> bool:
         """Whether motions are followed for ten periods even if an exact one is found nearby."""
 

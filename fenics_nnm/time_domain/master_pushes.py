@@ -51,8 +51,18 @@ class OneMaster:
         q, w, g, velocity = seen
         found = np.empty((2, len(q)))
         square = np.multiply(q, q, out=found[0])
-        pushed = (self.D * w - self.beta * q - self.alpha) * q - g - self.D * (velocity * velocity)
-        np.divide(q * pushed, self.D * square + 1, out=found[1])
+        pushed = self.D * w
+        pushed -= self.beta * q
+        pushed -= self.alpha
+        pushed *= q
+        pushed -= g
+        squared = velocity * velocity
+        squared *= self.D
+        pushed -= squared
+        pushed *= q
+        mass = self.D * square
+        mass += 1
+        np.divide(pushed, mass, out=found[1])
         return found
 
     def slopes(self, seen: Array) -> Array:

@@ -12,9 +12,8 @@ from fenics_nnm.arrays import Array
 #: derivatives that are left out there are round-off.
 _NEAR = 1e-3
 
-#: Coordinates and, below, velocities by derivatives, over powers of the time from there.
-_FACTORS = np.array([[1, 1, 1 / 2, 1 / 6, 1 / 24, 1 / 120], [0, 1, 1, 1 / 2, 1 / 6, 1 / 24]])
-_POWERS = np.array([[0, 1, 2, 3, 4, 5], [0, 0, 1, 2, 3, 4]])
+#: Coordinates and, beside them, velocities by derivatives, over powers of the time from there.
+_FACTORS = np.array([[1, 1, 1 / 2, 1 / 6, 1 / 24, 1 / 120], [0, 1, 1, 1 / 2, 1 / 6, 1 / 24]]).T
 
 Derivatives = Callable[[float], Array]
 """From a time to coordinates of a stage there and their first five derivatives, shape (J, 6)."""
@@ -38,5 +37,9 @@ class NearMotion:
         """Coordinates and velocities, shape (J, 2)."""
         if abs(time - self._time) > self._reach:
             self._time, self._known = time, self._derivatives(time)
-        factors = _FACTORS * (time - self._time) ** _POWERS
-        return np.asarray(self._known @ factors.T)
+        d = time - self._time
+        powers = np.array((1.0, d, d**2, d**3, d**4, d**5))
+        factors = _FACTORS.copy()
+        factors[:, 0] *= powers
+        factors[1:, 1] *= powers[:-1]
+        return np.asarray(self._known @ factors)

@@ -134,18 +134,21 @@ class ShotMotion:
 def shoot(flow: Integrator, guess: OrbitGuess, *, options: Shooting | None = None) -> ShotMotion:
     """The periodic motion of the same energy near a guess; never raises for non-convergence.
 
+    The equations are solved to the error that the integrator makes, not below it.
+
     Args:
         flow: Integrator of the model that the guess belongs to, in SI units.
         guess: Guess.
         options: Configuration of the iteration.
     """
     options = options or Shooting()
+    steps = replace(options.steps, tolerance=max(options.steps.tolerance, flow.error))
     target = Target(guess.q, guess.velocity, guess.period, guess.energy)
     equations = period_map(flow, target, reversible=guess.reversible)
     if options.keep_energy:
-        found = motion_of_energy(equations, options.steps)
+        found = motion_of_energy(equations, steps)
     else:
-        found = periodic_motion(equations, equations.start, options.steps, keep_energy=False)
+        found = periodic_motion(equations, equations.start, steps, keep_energy=False)
     return _motion(flow, equations, found, options, touches=guess.touches)
 
 

@@ -172,8 +172,7 @@ class SmoothStep:
         found = Margins(rule.watched, margins.T, rates.T, -_ROUND_OFF * size)
 
         def exact(point: int, time: float) -> tuple[float, float]:
-            margins, rates, _ = self.stage.course.along(near.at(time))
-            return float(margins[point, 0]), float(rates[point, 0])
+            return self.stage.course.of_point(point, near.at(time))
 
         time = found.first_negative(exact)
         if time == rule.watched[-1]:
@@ -204,11 +203,11 @@ class SmoothStep:
 
         By x'' = n - nu^2 x, without the third derivative of n.
         """
-        x, rate = self._motion(self._weights_at(time)).T
-        n = self.remainder @ self.rule.nodes.derivatives(time / self.rule.step).T
-        found = np.empty((len(x), 6))
-        found[:, 0], found[:, 1], found[:, 5] = x, rate, 0.0
-        found[:, 2:5] = n / self.rule.step ** np.arange(3)
-        for order in range(2, 6):
-            found[:, order] -= self.stage.linear.nu**2 * found[:, order - 2]
+        step, stiffness = self.rule.step, self.stage.linear.nu[:, None] ** 2
+        found = np.zeros((len(stiffness), 6))
+        found[:, :2] = self._motion(self._weights_at(time))
+        n = self.remainder @ self.rule.nodes.derivatives(time / step).T
+        found[:, 2:5] = n / (1.0, step, step**2)
+        found[:, 2:4] -= stiffness * found[:, :2]
+        found[:, 4:] -= stiffness * found[:, 2:4]
         return found

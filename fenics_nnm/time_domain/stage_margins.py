@@ -75,6 +75,15 @@ class StageMargins:
         size = np.abs(margins).max(axis=1) + self.gap
         return margins, rates[: self.points] + self.squared @ turns, size
 
+    def of_point(self, point: int, state: Array) -> tuple[float, float]:
+        """Margin of a contact point and its rate at a state, coordinates and velocities (J, 2)."""
+        place, rate = self.by_x[point] @ state
+        masters = self.by_x[self.points :] @ state
+        q, velocity = masters[:, 0] + self.at_rest[self.points :, 0], masters[:, 1]
+        squared = self.squared[point]
+        margin = place + self.at_rest[point, 0] + squared @ self.pairs.monomials(q)
+        return float(margin), float(rate + squared @ self.pairs.product_rates(q, velocity))
+
     def _margins(self, places: Array) -> Array:
         """Margins from their linear part and the masters, (n_c + k, t)."""
         bent = self.squared @ self.pairs.monomials(places[self.points :])

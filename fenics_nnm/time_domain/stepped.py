@@ -71,6 +71,11 @@ class Stepped:
         return found if along is not None else replace(found, derivative=None)
 
     @property
+    def error(self) -> float:
+        """Round-off: that of a period is not known from the errors of its steps."""
+        return 1e-13
+
+    @property
     def cheap(self) -> bool:
         """All motions are followed for ten periods."""
         return True

@@ -162,7 +162,7 @@ class Collocated:
 
     def acceleration(self, q: Array, velocity: Array) -> Array:
         """Acceleration of a state, shape (J,)."""
-        return self.stage_at(q).acceleration(q[None], velocity[None])[0]
+        return self.stage_at(q).accelerated(q, velocity)
 
     def energy_gradient(self, q: Array, velocity: Array) -> Array:
         """Derivative of the energy by q and velocity, shape (2 J,)."""

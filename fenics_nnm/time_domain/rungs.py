@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 #: Rungs to half the step.
@@ -41,12 +43,12 @@ class Rungs:
 
     def reach(self, longest: float) -> None:
         """Take no longer steps than this."""
-        self._rung = max(self._rung, int(np.ceil(_TO_HALF * np.log2(self._longest / longest))))
+        self._rung = max(self._rung, math.ceil(_TO_HALF * math.log2(self._longest / longest)))
 
     def accepted(self, error: float) -> None:
         """A step had an error, as a part of what is allowed: longer ones may do."""
         self._patience -= 1
-        room = -np.log(max(error, 1e-30)) / self._growth - _MARGIN
+        room = -math.log(max(error, 1e-30)) / self._growth - _MARGIN
         if self._patience < 0 and room >= 1:
             self._rung = max(self._rung - min(int(room), _MOST), 0)
 

@@ -93,9 +93,15 @@ class SmoothStage:
             pull = pull + (force[:, None, :] @ shapes)[:, 0]
         return kinematics.inertia.accelerated(q, -pull[:, :, None])[:, :, 0]
 
+    def accelerated(self, q: Array, velocity: Array) -> Array:
+        """Q'' of a state of shape (J,), by the remainder."""
+        linear, remainder = self.linear, self.remainder
+        pushed = remainder.directions @ remainder(self.seen(q[None], velocity[None]))[:, 0]
+        return np.asarray(linear.V @ (pushed - linear.nu**2 * ((q - linear.rest) @ linear.V)))
+
     def seen(self, q: Array, velocity: Array) -> Array:
         """What the remainder sees of states of shape (s, J), shape (3 k + P, s)."""
         linear, remainder = self.linear, self.remainder
-        position = remainder.position @ linear.V.T @ (q - linear.rest).T
+        position = remainder.position @ (linear.V.T @ (q - linear.rest).T)
         position += remainder.offset[:, None]
-        return np.concatenate([position, remainder.rate @ linear.V.T @ velocity.T])
+        return np.concatenate([position, remainder.rate @ (linear.V.T @ velocity.T)])

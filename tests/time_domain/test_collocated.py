@@ -73,6 +73,41 @@ def test_derivatives_are_of_the_motion_that_was_followed() -> None:
     assert flow.course(Q, V, 4.0) is flow.course(Q.copy(), V.copy(), 4.0)
 
 
+def test_longer_course_goes_on_where_a_shorter_one_was_left() -> None:
+    """To the digit as if it was followed at once, and the shorter one after it, too."""
+    flow, fresh = Collocated(Mechanics.of(MODEL)), Collocated(Mechanics.of(MODEL))
+    shorter, longer = flow.course(Q, V, 4.0), flow.course(Q, V, SPAN)
+    at_once, cut = fresh.course(Q, V, SPAN), fresh.course(Q, V, 4.0)
+    for one, other in ((shorter, cut), (longer, at_once)):
+        np.testing.assert_array_equal(np.array(one.end), np.array(other.end))
+        assert one.changes == other.changes
+    shared = [one.step is other.step for one, other in zip(shorter.parts, longer.parts)]
+    assert all(shared) and len(shared) == len(shorter.parts) < len(longer.parts)
+    assert sum(part.passed for part in shorter.parts) == pytest.approx(4.0, rel=1e-14)
+    state = longer.states(np.array([4.0]))
+    np.testing.assert_allclose(np.array(shorter.end), np.array(state)[:, 0], atol=1e-13)
+
+
+def test_acceleration_and_margins_by_few_numbers_are_those_of_the_whole() -> None:
+    flow = Collocated(Mechanics.of(MODEL))
+    for q in (Q, 3 * np.abs(Q), -3 * np.abs(Q)):
+        stage = flow.stage_at(q)
+        found = stage.acceleration(q[None], V[None])[0]
+        np.testing.assert_allclose(flow.acceleration(q, V), found, atol=1e-12)
+        motion = np.column_stack([(q - stage.linear.rest) @ stage.linear.V, V @ stage.linear.V])
+        margins, rates, _ = stage.course.along(motion)
+        for point in range(2):
+            expected = margins[point, 0], rates[point, 0]
+            assert stage.course.of_point(point, motion) == pytest.approx(expected, abs=1e-13)
+
+
+def test_shooting_ends_at_the_error_of_the_integrator() -> None:
+    """Its bound is above what more nodes and a smaller tolerance change, see above."""
+    flow = Collocated(Mechanics.of(MODEL))
+    assert flow.error == pytest.approx(1e-11)
+    assert Flow(MODEL).error < flow.error < flow.rough.error
+
+
 def test_derivative_along_changes_of_the_start_against_differences() -> None:
     flow, step = Collocated(Mechanics.of(MODEL)), 1e-5
     state = np.concatenate([Q, V])

@@ -106,7 +106,7 @@ class Course:
         """
         if changes.shape[1] >= len(changes) and not self._known:
             self._known.append(self._carried(np.eye(len(changes))))
-        return self._known[0] @ changes if self._known else self._carried(changes)
+        return np.asarray(self._known[0] @ changes) if self._known else self._carried(changes)
 
     def _carried(self, changes: Array) -> Array:
         slopes = _slopes(self.parts)
@@ -129,7 +129,8 @@ class Course:
 
 def _turned(matrix: Array, changes: Array) -> Array:
     """Changes (2 J, c) of coordinates and velocities, both by a matrix (J, J)."""
-    return (matrix @ changes.reshape(2, len(matrix), changes.shape[1])).reshape(changes.shape)
+    both = changes.reshape(2, len(matrix), changes.shape[1])
+    return np.asarray((matrix @ both).reshape(changes.shape))
 
 
 def _slopes(parts: Sequence[Part]) -> Iterator[Array]:

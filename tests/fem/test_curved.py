@@ -69,12 +69,12 @@ def test_optimised_elements_follow_the_surface_and_are_the_same_each_time(
 ) -> None:
     """Straight elements would miss a fifth of the ring."""
     first, second = (meshed(tmp_path / "a.geo", 5) for _ in range(2))
+    assert [first.notes, second.notes] == [(), ()]  # or the optimiser ended early
     np.testing.assert_array_equal(first.points, second.points)
     np.testing.assert_array_equal(first.cells, second.cells)
     assert corner_volumes(first).min() > 0
     quarter = 1 / 2 + 2 / 3 * (np.sqrt(2) - 1)  # a triangle and the parabola over its chord
     assert volume(first) == pytest.approx(3 * 4 * quarter * (10**2 - 8.5**2), rel=2e-3)
-    assert not first.notes
 
 
 def test_straight_elements_that_would_change_the_body_are_refused(tmp_path: Path) -> None:

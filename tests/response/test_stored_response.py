@@ -123,7 +123,7 @@ def test_matrices_have_no_files(stop: StudyFile, command: Command) -> None:
     study = stop(response={"levels": [0.1]})
     assert command("response", study, "--output", "out").code == 0
     assert not Path("out/fields").exists()
-    command("export", "out", "--at", "0.16").assert_one_line(1, "out/response.h5", "no mesh")
+    command("export", "out", "--at", "0.16").assert_one_line(2, "out/response.h5", "no mesh")
 
 
 def test_stored_motion_goes_on_in_time(stop: StudyFile, command: Command) -> None:

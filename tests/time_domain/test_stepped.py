@@ -53,14 +53,20 @@ def test_duffing_oscillator_comes_back_after_its_exact_period() -> None:
 
 def test_derivative_along_changes_of_the_start_against_differences() -> None:
     springs = CubicSprings(np.array([[0.5, 0.2, -0.4]]), np.array([0.9]))
-    stepped, step = Stepped(Mechanics.of(MODEL, (springs,))), 1e-5
+    stepped = Stepped(Mechanics.of(MODEL, (springs,)))
     state = np.array([1.3, 0.2, -0.1, 0.1, 0.3, -0.2])
     found = stepped.run(state[:3], state[3:], 5.0, along=np.eye(6)).transition
     assert found is not None
-    for column, d in enumerate(step * np.eye(6)):
+
+    def slope(d: np.ndarray) -> np.ndarray:
         one, other = (stepped.run((state + s * d)[:3], (state + s * d)[3:], 5.0) for s in (1, -1))
-        slope = np.concatenate([one.q - other.q, one.velocity - other.velocity]) / (2 * step)
-        assert np.abs(found[:, column] - slope).max() < 1e-5 * np.abs(found).max()
+        return np.concatenate([one.q - other.q, one.velocity - other.velocity]) / (2 * d.max())
+
+    for column, d in enumerate(np.eye(6)):
+        # of three: a step over a change of contact has an error of 4e-8 in one of 250 runs
+        slopes = [slope(step * d) for step in (7e-6, 1e-5, 1.4e-5)]
+        error = np.abs(found[:, column] - np.median(slopes, axis=0)).max()
+        assert error < 1e-5 * np.abs(found).max()
 
 
 def test_what_steps_cannot_follow_is_refused() -> None:

@@ -135,9 +135,12 @@ class ModalForces:
     def reach(self, study: MeshStudy, straight: Bendable) -> Reach:
         """What they reach in the mode that moves most, of the masters where these are named.
 
-        A mode that moves no contact point reaches grazing.
+        A mode that moves no contact point reaches grazing. So does the followed mode where gaps are
+        not positive: what second order changes is not known there.
         """
         model, named = straight.model, study.body.masters or ()
+        if (model.gap <= 0).any():
+            return Reach(study.mode.number - 1, 1.0, "gaps are not positive")
         masters = [number - 1 for number in named if number <= len(self.damping)]
         found = {mode: self.moved(model, mode) for mode in masters or range(len(self.damping))}
         mode = max(found, key=lambda each: found[each].amplitude * float(model.omega[each]))

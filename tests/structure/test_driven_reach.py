@@ -72,3 +72,9 @@ def test_levels_of_the_response_decide_about_the_kinematics(changes: dict[str, A
     assert "at gamma ratio 1 of" in low.choice.reason
     assert "(by 7.18 times without obstacles): at gamma ratio 1.4" in high.choice.reason
     assert [len(each.model.kinematics.masters) for each in (low, high)] == [1, 2]
+
+
+def test_gaps_that_are_closed_at_rest_leave_kinematics_linear() -> None:
+    closed = changed(BEAM, {"contact": {"gap": 0.0}, "response": {"levels": [1.0]}})
+    choice = driven_linear(study_from(closed, Path("s.toml")), MPI.COMM_SELF).basis.choice
+    assert not choice.second_order and "gaps are not positive" in choice.reason

@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_nnm.backbone.level_solver import Guess
 from fenics_nnm.backbone.levels import Level
-from fenics_nnm.backbone.memory import forget_oldest
+from fenics_nnm.backbone.memory import remember
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.nonlinear.equations import harmonic_equations
 from fenics_nnm.nonlinear.newton import Newton
@@ -65,8 +65,7 @@ class CoarseBranch:
             solution = self._solved(self.level.scaled(self._known[at], following / at), following)
             if solution is None:
                 return None
-            self._known[following] = solution.thinned()
-            forget_oldest(self._known, _KEPT)
+            remember(self._known, following, solution.thinned(), _KEPT)
             at = following
         return self._known[at]
 

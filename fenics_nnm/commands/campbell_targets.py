@@ -7,7 +7,7 @@ from math import inf
 
 from fenics_nnm.errors import StudyError
 from fenics_nnm.geometry.lengths import KNOWN, converted, length_in_metres
-from fenics_nnm.structure.motions_at_speed import Quantity, Target
+from fenics_nnm.structure.motions_at_speed import Target, ascending
 
 
 def targets_of(energies: str, amplitudes: str, unit: str = "m") -> tuple[Target, ...]:
@@ -32,16 +32,13 @@ def targets_of(energies: str, amplitudes: str, unit: str = "m") -> tuple[Target,
     by_amplitude = _values(
         "--amplitudes", amplitudes, metres, f'positive lengths, as in "1 mm,2 mm", in {KNOWN}'
     )
-    return (
-        *(Target(Quantity.ENERGY, value) for value in by_energy),
-        *(Target(Quantity.AMPLITUDE, value) for value in by_amplitude),
-    )
+    return ascending(by_energy, by_amplitude)
 
 
 def _values(name: str, text: str, read: Callable[[str], float], right: str) -> list[float]:
-    """Values of a list, ascending."""
+    """Values of a list."""
     try:
-        found = sorted(read(part) for part in text.split(",") if part.strip())
+        found = [read(part) for part in text.split(",") if part.strip()]
     except ValueError as error:
         raise StudyError(f"{name} {text}: must be different {right}") from error
     if not all(0 < value < inf for value in found) or len(set(found)) < len(found):

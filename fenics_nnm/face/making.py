@@ -23,7 +23,7 @@ from fenics_nnm.running.nonlinear_lines import NonlinearLines, assert_has_lines
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.campbell import campbell_lines
 from fenics_nnm.structure.driven import driven_structure
-from fenics_nnm.structure.motions_at_speed import Quantity, Target
+from fenics_nnm.structure.motions_at_speed import Target, ascending
 from fenics_nnm.structure.simulated import Wanted, simulated
 from fenics_nnm.study.settings import Setting
 from fenics_nnm.sweep.backbones import Backbones
@@ -53,10 +53,7 @@ class Lines:
     @property
     def targets(self) -> tuple[Target, ...]:
         """What each nonlinear line has."""
-        return (
-            *(Target(Quantity.ENERGY, float(value)) for value in sorted(self.energies)),
-            *(Target(Quantity.AMPLITUDE, float(value)) for value in sorted(self.amplitudes)),
-        )
+        return ascending(self.energies, self.amplitudes)
 
     def assert_possible(self) -> None:
         """Refuse numbers that the command would refuse.

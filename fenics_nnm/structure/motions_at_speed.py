@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
@@ -39,6 +39,14 @@ class Target:
     def __str__(self) -> str:
         """Its value with its unit."""
         return f"{self.value:g} {self.quantity.unit}"
+
+
+def ascending(energies: Iterable[float], amplitudes: Iterable[float]) -> tuple[Target, ...]:
+    """Lines of energies in J, then of largest displacements in m, each from the smallest."""
+    return (
+        *(Target(Quantity.ENERGY, float(value)) for value in sorted(energies)),
+        *(Target(Quantity.AMPLITUDE, float(value)) for value in sorted(amplitudes)),
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -135,6 +135,7 @@ verify-studies:
 verify-random:
 	$(STUDY) tests/random_studies.py --count 200
 	$(STUDY) tests/random_driven.py --count 20
+	$(STUDY) tests/random_bent.py --count 60
 
 # Hostile studies, damaged meshes and results, in two halves at a time.
 verify-fuzz:

@@ -47,6 +47,7 @@ NAVIGATION = {
         "docs/verification",
         "docs/verification_bodies",
         "docs/verification_contact",
+        "docs/verification_random",
         "docs/paper_figures",
         "benchmarks/README",
     ),

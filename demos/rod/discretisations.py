@@ -49,8 +49,10 @@ def errors(
 
 
 print(
-    "docs: rod_discretisations\n| elements | modes | mode | step | points | marked | marked up to "
-    "| others up to | median | energies without a point |\n"
+    "docs: rod_discretisations\n| elements | modes of the model | followed mode "
+    "| step of the gamma ratio | points | marked points | largest error of marked points "
+    "| largest error of unmarked points | median error of unmarked points "
+    "| gamma ratios without a motion |\n"
     "|---|---|---|---|---|---|---|---|---|---|"
 )
 unmarked, marked = errors(100, 2, 40, 0.05)

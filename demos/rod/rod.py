@@ -55,7 +55,10 @@ fine = run("fine")
 points = fine.branch.points
 wanted = np.arange(1.2, 4.01, 0.2)
 error = {}
-print("docs: rod\n| gamma ratio | frequency (Hz) | exact (Hz) | error |\n|---|---|---|---|")
+print(
+    "docs: rod\n| gamma ratio | computed frequency (Hz) | exact frequency (Hz) "
+    "| relative error of the frequency |\n|---|---|---|---|"
+)
 for point in points:
     if np.abs(wanted - point.gamma_ratio).min() < 1e-9:
         exact = float(frequency_ratio(point.gamma_ratio))
@@ -79,10 +82,11 @@ missed = np.abs(np.array([point.frequency_ratio for point in beyond]) / exact - 
 trusted = np.array([point.status in ("verified", "converged") for point in beyond])
 unmarked, marked = missed[trusted], missed[~trusted]
 print(
-    f"docs: rod_marks\n{len(beyond)} points beyond first contact up to a gamma ratio of "
-    f"{beyond[-1].gamma_ratio:g}. {len(marked)} are marked, {marked.min():.2%} to "
-    f"{marked.max():.2%} off; the others are within {unmarked.max():.2%} of the exact frequency, "
-    f"{np.median(unmarked):.2%} in the median.\n"
+    f"docs: rod_marks\nBeyond first contact, up to gamma ratio {beyond[-1].gamma_ratio:g}, the "
+    f"number of points is {len(beyond)}, and the number of marked points is {len(marked)}. "
+    f"Marked points have frequency errors of {marked.min():.2%} to {marked.max():.2%}. "
+    f"Unmarked points have frequency errors of at most {unmarked.max():.2%}, and the median of "
+    f"these errors is {np.median(unmarked):.2%}.\n"
 )
 assert fine.branch.complete
 assert len(unmarked) >= 3 / 4 * len(beyond)

@@ -69,8 +69,9 @@ if __name__ == "__main__":
         abs(point.motion.rayleigh_frequency / point.motion.frequency - 1) for point in points
     )
     print(
-        f"docs: zero_gap\nFrom gamma ratio 0.1 to 10 the frequency changes by {change:.1e}, and "
-        f"differs from the Rayleigh frequency by {apart:.1e}.\n"
+        f"docs: zero_gap\nThe relative change of the frequency between gamma ratios 0.1 and 10 is "
+        f"{change:.1e}. The largest relative difference between the frequency and the "
+        f"[Rayleigh frequency](glossary.md) is {apart:.1e}.\n"
     )
     assert len(points) == 10 and change < 1e-8 and apart < 1e-8
 
@@ -78,8 +79,10 @@ if __name__ == "__main__":
     # Errors over the numbers of modes and harmonics, and over the number of linear elements.
 
     # %%
-    print("docs: zero_gap_series\n| J, N | error of the frequency | contact (exact: 1 L/c) |")
-    print("|---|---|---|")
+    print(
+        "docs: zero_gap_series\n| modes J, harmonics N | relative error of the frequency "
+        "| time of contact in a period, in L/c (exact: 1) |\n|---|---|---|"
+    )
     errors = []
     for modes, harmonics in ((3, 3), (8, 5), (12, 8), (20, 10), (40, 20)):
         points, energies = motions(modes, harmonics, ONE)
@@ -91,7 +94,10 @@ if __name__ == "__main__":
     assert errors[-1] < 5e-7 and energies[0] >= 1
     assert abs(3 * points[0].motion.contact_fraction - 1) < 3 / 512
 
-    print("docs: zero_gap_elements\n| linear elements (J = 12, N = 8) | error |\n|---|---|")
+    print(
+        "docs: zero_gap_elements\n| number of linear elements (J = 12, N = 8) "
+        "| relative error of the frequency |\n|---|---|"
+    )
     errors = []
     for elements in (20, 40, 80, 160):
         points, _ = motions(12, 8, ONE, elements=elements, degree=1)

@@ -116,18 +116,19 @@ def main() -> None:
     """Print phases, opening and mean force beside the exact ones; fail beyond the bounds."""
     lines = [
         "docs: absorbing_rod",
-        "| F0 / F1 | N, J | lift-off (deg) | touchdown (deg) | opening | mean force less F0 |",
+        "| F0 / F1 | harmonics N, modes J | phase of lift-off (deg) | phase of touchdown (deg) "
+        "| opening | (mean force - F0) / F1 |",
         "|---|---|---|---|---|---|",
     ]
     for force, (lift, touchdown, opening) in exact().items():
         lines.append(
-            f"| {force:g} | exact | {lift:.2f} | {touchdown % 360:.2f} | {opening:.5f} | |"
+            f"| {force:g} | exact solution | {lift:.2f} | {touchdown % 360:.2f} | {opening:.5f} | |"
         )
         for harmonics, modes in SIZES[force]:
             found = motion(force, harmonics, modes)
             missing = found.mean - force
             lines.append(
-                f"| | {harmonics}, {modes} | {found.lift:.2f} | {found.touchdown:.2f} | "
+                f"| {force:g} | {harmonics}, {modes} | {found.lift:.2f} | {found.touchdown:.2f} | "
                 f"{found.opening:.5f} | {missing:.0e} |"
             )
         assert abs(found.lift - lift) < 1 and abs(found.touchdown - touchdown % 360) < 1

@@ -50,11 +50,12 @@ missed = max(map(numbers.return_error, branch.points))
 missed_10 = max(map(numbers.return_error_10, branch.points))
 drift = max(map(numbers.energy_drift, branch.points))
 print(
-    f"docs: rotor37_certificate\n{statuses.count('verified')} of {len(statuses)} points are "
-    f"`verified`; return error {missed:.1e} at most, "
-    f"{missed_10:.1e} after ten periods; shot motions "
-    f"return to {np.nanmax(shot):.0e}, {np.isnan(shot).sum()} of the points have none; energy "
-    f"drift {drift:.0e}.\n"
+    f"docs: rotor37_certificate\nThe status is `verified` at {statuses.count('verified')} of "
+    f"{len(statuses)} points. The largest [return error](glossary.md) is {missed:.1e} after one "
+    f"period and {missed_10:.1e} after ten periods. Shooting finds exact motions from "
+    f"{np.isfinite(shot).sum()} of {len(statuses)} points, with return errors of at most "
+    f"{np.nanmax(shot):.0e}. Over ten periods, the energy changes by at most {drift:.0e} of its "
+    f"value.\n"
 )
 assert branch.complete
 assert set(statuses) <= {"verified", "converged"}

@@ -243,18 +243,21 @@ def main() -> int:
 
 def _summarise(outcomes: list[Outcome], *, whole: bool) -> None:
     _say("\ndocs: random_studies" if whole else "")
-    _say("| of the studies | | of their points | |\n|---|---|---|---|")
+    _say("| end of the study | studies | status of the point | points |\n|---|---|---|---|")
     statuses: Counter[str] = sum((outcome.statuses for outcome in outcomes), Counter())
     checked = sum(outcome.checked for outcome in outcomes)
     shot = sum(outcome.shot for outcome in outcomes)
-    more = {VERIFIED: f": {checked} integrated in time, {shot} of them also shot"}
+    more = {
+        VERIFIED: f"; independent integration in time for {checked} of these points, "
+        f"also independent shooting for {shot} of the {checked}"
+    }
     points = [
         f"`{status}` | {count}{more.get(status, '')}" for status, count in statuses.most_common()
     ]
     ends = Counter(outcome.end for outcome in outcomes).most_common()
     studies = [f"{end} | {count}" for end, count in ends]
     if not any(outcome.faulty for outcome in outcomes):
-        studies.append("hung, crashed, or with a wrong number | 0")
+        studies.append("no end, crash or wrong number | 0")
     for left, right in zip_longest(studies, points, fillvalue=" | "):
         _say(f"| {left} | {right} |")
     _say(f"\nlongest study: {max(o.seconds for o in outcomes):.1f} s")

@@ -16,8 +16,8 @@ from fenics_nnm.study import read_study
 study = read_study(Path(__file__).parent / "rotor37.toml")
 before = None
 print(
-    "docs: rotor37_mesh\n| element size | degrees of freedom | f1 (Hz) | f2 | f3 | f4 | f5 "
-    "| largest change |\n|---|---|---|---|---|---|---|---|"
+    "docs: rotor37_mesh\n| element size | degrees of freedom | f1 (Hz) | f2 (Hz) | f3 (Hz) "
+    "| f4 (Hz) | f5 (Hz) | largest change of a frequency |\n|---|---|---|---|---|---|---|---|"
 )
 for size in (6e-3, 3e-3, 1.5e-3):
     mesh = study.mesh.model_copy(update={"element_size": size})

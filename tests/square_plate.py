@@ -99,16 +99,19 @@ def tell(line: str) -> None:
 def main() -> None:
     """Print the smallest and largest difference from both references on each mesh, in percent."""
     tell("docs: square_plate")
-    tell("| support | elements | against Leissa (1973) | against converged thin-plate theory |")
+    tell(
+        "| support and modes | elements, or Leissa's values | difference from Leissa (%) "
+        "| difference from converged thin plate (%) |"
+    )
     tell("|---|---|---|---|")
     for support, name in (("CFFF", "clamped on one side, six modes"), ("FFFF", "free, five modes")):
         reference = published(support)
         thin = thin_plate(support, len(reference))
-        tell(f"| {name} | Leissa (1973) | | {difference(reference, thin)} |")
+        tell(f"| {name} | Leissa's values | | {difference(reference, thin)} |")
         for elements in (12, 20, 30):
             found = solid_plate(support, elements)[-len(reference) :]
             parts = (difference(found, reference), difference(found, thin))
-            tell(f"| | {elements} x {elements} | {parts[0]} | {parts[1]} |")
+            tell(f"| {name} | {elements} x {elements} elements | {parts[0]} | {parts[1]} |")
     tell("")
 
 

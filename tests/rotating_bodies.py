@@ -159,7 +159,8 @@ def annular_disc(folder: Path) -> None:
             (u,) = displacement_at(solid, np.array([[0.3, 0.0]]))
             found[rings, name] = float(u[0]) * (1000.0 / speed) ** 2
     exact = {"clamped": 131.677e-6, "free": 269.143e-6}
-    begin("docs: rotating_disc", "rings of elements", "clamped at the hole (um)", "free (um)")
+    shown = ("growth of the disc clamped at its hole (um)", "growth of the free disc (um)")
+    begin("docs: rotating_disc", "rings of elements", *shown)
     for rings in (4, 8, 16):
         row = " | ".join(
             f"{1e6 * found[rings, name]:.3f} ({found[rings, name] / exact[name] - 1:+.1e})"
@@ -190,7 +191,8 @@ def warm_disc(folder: Path) -> None:
     )
     whole = hot * (b**4 - a**4) / (4 * b**2) / (b**2 - a**2)
     exact = (2 * alpha * b * whole, alpha * E * (2 * whole - hot * a**2 / b**2))
-    begin("docs: warm_disc", "rings of elements", "growth of the rim (um)", "hole (MPa)")
+    shown = ("growth of the rim (um)", "circumferential stress at the hole (MPa)")
+    begin("docs: warm_disc", "rings of elements", *shown)
     for rings in (4, 8, 16):
         quarter_annulus(folder / f"disc{rings}.msh", rings)
         values = {
@@ -242,7 +244,8 @@ def cantilever(slenderness: float, axis: str, origin: float, speed: float, modes
 def flapping() -> None:
     """First flapping frequency of a cantilever about its root (Wright et al. 1982)."""
     published = {0: 3.5160, 2: 4.1373, 4: 5.5850, 6: 7.3603, 8: 9.2568, 10: 11.2023}
-    begin("docs: rotating_flap", "speed eta", "flap", "Wright", "difference")
+    shown = ("computed frequency", "frequency of Wright et al.", "relative difference")
+    begin("docs: rotating_flap", "speed eta", *shown)
     worst = 0.0
     for eta, exact in published.items():
         found = cantilever(300.0, "y", 0.0, eta, 2)[0][0]
@@ -254,7 +257,13 @@ def flapping() -> None:
 
 def lagging() -> None:
     """Vibration in the plane of rotation, with Coriolis coupling to axial motion."""
-    shown = ("mode 1", "exact", "difference", "without Coriolis", "exact")
+    shown = (
+        "first frequency, with Coriolis forces",
+        "reference, with Coriolis forces",
+        "relative difference, with Coriolis forces",
+        "first frequency, without Coriolis forces",
+        "reference, without Coriolis forces",
+    )
     begin("docs: rotating_lag", "R/L", "speed eta", *shown)
     worst = 0.0
     for row in reference("a_chordwise_coriolis_slenderness70.csv"):
@@ -301,7 +310,12 @@ def twisted_blade(folder: Path) -> None:
     }
     corners = twisted(np.array([[1.0, c, 0.5] for c in (0.0, 0.5, 1.0)]))
     names = [f"f{n}" for n in range(1, 9)]
-    shown = ("f1", "f2", "f3", "f4", "f8", "worst difference", "with Coriolis", "tip growth")
+    shown = (
+        *(f"f{n} (Hz)" for n in (1, 2, 3, 4, 8)),
+        "largest difference of f1 to f8, without Coriolis forces",
+        "largest difference of f1 to f4, with Coriolis forces",
+        "largest difference of the tip displacement",
+    )
     begin("docs: rotating_twisted", "speed (rad/s)", *shown)
     full = np.array([251.242, 470.287, 653.629, 1052.545])
     for row in reference("a_twisted_blade_campbell.csv"):
@@ -343,7 +357,12 @@ def rotor37() -> None:
     """Six frequencies at four speeds, on the very mesh of CalculiX."""
     contact = {"facets": "tip", "direction": "radial", "axis": "x", "gap": 1.0, "points": 3}
     values = {**ROTOR37, "contact": contact}
-    shown = ("f1", "f2", "f3", "f6", "worst difference", "with the exact mass", "Coriolis on f1")
+    shown = (
+        *(f"f{n} (Hz)" for n in (1, 2, 3, 6)),
+        "largest difference of f1 to f6, mass by four points",
+        "largest difference of f1 to f6, exact mass",
+        "change of f1 by Coriolis forces",
+    )
     begin("docs: rotating_rotor37", "speed (rad/s)", *shown)
     for row in reference("rotor37_6mm_calculix_speed.csv"):
         solid, interface = body(values, {"axis": "x", "speed": row["speed_rad_s"]})

@@ -67,9 +67,13 @@ def study(speed: float) -> None:
 
 
 if __name__ == "__main__":
-    shown = ("exact (um)", "linear", "second order", "rms error of linear", "of second order")
-    stiff = ("force over linear, exact", "second order")
-    begin("docs: bending_rotor37", "speed (rad/s)", "tip (mm)", *shown, *stiff)
+    shown = (
+        "motion of the tip (mm)",
+        *(f"largest closing, {each} (um)" for each in ("exact", "linear", "second order")),
+        *(f"rms error of the closing, {each} (um)" for each in ("linear", "second order")),
+        *(f"force ratio, {each}" for each in ("exact", "second order")),
+    )
+    begin("docs: bending_rotor37", "speed (rad/s)", *shown)
     for each in (0.0, 1800.0):
         study(each)
     say("")

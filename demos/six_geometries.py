@@ -122,7 +122,7 @@ def advised(geometry: Geometry, folder: Path) -> str:
     """What was set after the advice of a run, and the statuses that this gives."""
     settings = proposed(folder)
     if not settings:
-        return "nothing | "
+        return "none | "
     again = folder.with_name(f"{folder.name}-advised")
     words = [word for each in settings for word in ("--set", each)]
     ended = subprocess.run(
@@ -185,8 +185,10 @@ if __name__ == "__main__":
         sys.exit(f"no geometry {', '.join(sorted(unknown))}")
     shown = "" if chosen else "docs: six_geometries\n"
     print(
-        f"{shown}| study | dofs | contact points | linear (Hz) | at the last energy (Hz) | ratio "
-        "| points of the branch | time | report | advice | points then |\n" + "|---" * 11 + "|"
+        f"{shown}| study | degrees of freedom | contact points | linear frequency (Hz) "
+        "| frequency at the largest energy (Hz) | frequency ratio at the largest energy "
+        "| points of the first run | elapsed time | size of the report | proposed values "
+        "| points of the second run |\n" + "|---" * 11 + "|"
     )
     for geometry in GEOMETRIES:
         if not chosen or geometry.name in chosen:

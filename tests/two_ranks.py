@@ -48,7 +48,7 @@ def _demo(name: str, **changes: Any) -> dict[str, Any]:
 
 
 def rotor37(folder: Path) -> dict[str, Any]:
-    """The blade of the demonstration, of a coarse mesh."""
+    """Blade of rotor 37 on a coarse mesh."""
     sections = str(DEMOS.parent / "meshes/rotor37_blade_sections.csv")
     return _demo(
         "rotor37/rotor37",
@@ -59,17 +59,17 @@ def rotor37(folder: Path) -> dict[str, Any]:
 
 
 def plate(folder: Path) -> dict[str, Any]:
-    """A plate in plane stress."""
+    """Plate in plane stress."""
     return changed(PLATE, {"mesh": {"elements": [16, 4]}, "reduction": {"modes": 6}})
 
 
 def pads(folder: Path) -> dict[str, Any]:
-    """Facing patches of a fork of two materials."""
+    """Tuning fork of two materials, with contact between facing patches."""
     return _demo("fork/fork", continuation={"=": ENERGIES})
 
 
 def patches(folder: Path) -> dict[str, Any]:
-    """Tines against each other, and one of them against a casing."""
+    """Tuning fork, with contact between the tines, and of one tine with a casing."""
     fork(folder / "fork.msh", right=9)
     stop = {
         "name": "stop",
@@ -85,7 +85,7 @@ def patches(folder: Path) -> dict[str, Any]:
 
 
 def interference(folder: Path) -> dict[str, Any]:
-    """A beam that the obstacle presses at rest."""
+    """Beam that presses its obstacle at rest."""
     changes = {
         "mesh": {"elements": [6, 2, 2]},
         "contact": {"gap": -1e-4},
@@ -96,7 +96,7 @@ def interference(folder: Path) -> dict[str, Any]:
 
 
 def coupled(folder: Path) -> dict[str, Any]:
-    """A beam of a file whose end follows a node with a mass, on both ranks."""
+    """Beam from an .inp file, with its end coupled to a node with a mass, on both ranks."""
     (folder / "joined.inp").write_text(joined("*COUPLING, *KINEMATIC with *MASS"))
     return changed(
         BEAM,
@@ -141,9 +141,9 @@ def compare(name: str, folder: Path) -> None:
     ]
     fields = field_differences(one, two)
     largest = max(fields, key=lambda array: fields[array])
-    told = STUDIES[name].__doc__ or name
+    title = STUDIES[name].__doc__ or name
     _say(
-        f"| {told.rstrip('.')} | {len(table)} | {apart:.1e} | {len(cells)} "
+        f"| {title.rstrip('.')} | {len(table)} | {apart:.1e} | {len(cells)} "
         f"| {fields[largest]:.1e}, {largest} |"
     )
     assert apart <= SAME_FREQUENCY, frequencies
@@ -180,7 +180,10 @@ def _say(line: str) -> None:
 def main(names: list[str]) -> None:
     """Compare all studies, or those named, and print a row of a table for each."""
     _say("" if names else "docs: two_ranks")
-    _say("| study | points | frequencies differ by | cells of backbone.csv | fields differ by |")
+    _say(
+        "| study | points | largest relative difference of a frequency "
+        "| cells of backbone.csv that differ | largest difference of a field, and this field |"
+    )
     _say("|---|---|---|---|---|")
     for name in names or STUDIES:
         with tempfile.TemporaryDirectory() as folder:

@@ -82,7 +82,8 @@ found = {
 }
 print("docs: plate_methods\n| gamma ratio ", end="")
 for harmonics in (5, 10):
-    print(f"| massless, N = {harmonics} | Craig-Bampton, N = {harmonics} | apart ", end="")
+    names = ("massless", "Craig-Bampton", "relative difference")
+    print("".join(f"| {name}, N = {harmonics} " for name in names), end="")
 print("|\n|---|---|---|---|---|---|---|")
 for index in np.flatnonzero(RATIOS > 1.05):
     print(f"| {RATIOS[index]:.1f} ", end="")
@@ -95,8 +96,9 @@ print("\ndocs: plate_apart")
 for harmonics in (5, 10):
     apart = np.abs(found["Craig-Bampton", harmonics] / found["massless", harmonics] - 1)
     print(
-        f"With N = {harmonics} the two are {np.median(apart[RATIOS > 1.05]):.2%} apart in the "
-        f"median, {apart.max():.2%} at most and {apart[-1]:.2%} at 2.0."
+        f"With N = {harmonics}, the relative difference of the two methods has a median of "
+        f"{np.median(apart[RATIOS > 1.05]):.2%} and a maximum of {apart.max():.2%}. At gamma ratio "
+        f"2.0, this difference is {apart[-1]:.2%}."
     )
     assert apart.max() < 6e-3
     assert apart[-1] < (3e-3 if harmonics == 5 else 1e-3)
@@ -114,8 +116,9 @@ draw_comparison(RESULTS / "comparison.png", RATIOS, found)
 # %%
 phase = 2 * np.pi * np.arange(65) / 128
 print(
-    "docs: plate_pressure\n| pressure, N = 10 | points at once | oscillation at instants of "
-    "contact | in the mean | at single samples | corner jump |\n|---|---|---|---|---|---|"
+    "docs: plate_pressure\n| method (N = 10) | contact points closed at once "
+    "| oscillation at instants of contact | oscillation in the mean "
+    "| oscillation at single samples | corner jump |\n|---|---|---|---|---|---|"
 )
 for method in STUDIES:
     worst = {"acting": 0.0, "mean": 0.0, "sample": 0.0, "corner": 0.0}
@@ -167,8 +170,9 @@ draw_pressure(RESULTS / "pressure.png", line.y, 2.0, instants, means)
 
 # %%
 print(
-    "\ndocs: plate_elements\n| degree, elements, spacing | oscillation | corner jump "
-    "| corner jump with equal areas |\n|---|---|---|---|"
+    "\ndocs: plate_elements\n| degree, shape and spacing of the elements "
+    "| oscillation of the pressure | corner jump | corner jump with equal areas of all points |\n"
+    "|---|---|---|---|"
 )
 curves, jumps = {}, {}
 study = read_study(STUDIES["massless"])

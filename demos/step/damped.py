@@ -46,11 +46,11 @@ def runs(study: nnm.Study, damping: float) -> Iterator[dict[float, tuple[float, 
         try:
             found = frequencies(study.with_values(values))
         except nnm.NonlinearModeError as error:
-            print(f"| {100 * damping:g} % | {modes}, {harmonics} | {error} | |", flush=True)
+            print(f"| {100 * damping:g} % | {modes}, {harmonics} | {error} | | | |", flush=True)
             continue
-        cells = [f"{found[r][0]:.2f} {found[r][1]}" if r in found else "-" for r in RATIOS]
+        cells = [f"{found[r][0]:.2f}, {found[r][1]}" if r in found else "-" for r in RATIOS]
         seconds = time.process_time() - begun
-        row = f"{100 * damping:g} % | {modes}, {harmonics} | {', '.join(cells)} | {seconds:.0f} s"
+        row = f"{100 * damping:g} % | {modes}, {harmonics} | {' | '.join(cells)} | {seconds:.0f} s"
         print(f"| {row} |", flush=True)
         yield found
 
@@ -60,15 +60,16 @@ def main(dampings: list[float]) -> int:
     runpy.run_path(str(HERE / "blade.py"))  # writes the STEP file
     study, worst, missing = nnm.read_study(HERE / "damped.toml"), 0.0, 0
     print("docs: damped_blade")
-    print("| damping | J, N | frequency at gamma ratio 1.2, 1.4, 2.0 (Hz) | CPU time |")
-    print("|---|---|---|---|")
+    heads = " | ".join(f"frequency (Hz) and status at gamma ratio {ratio}" for ratio in RATIOS)
+    print(f"| damping ratio | modes J, harmonics N | {heads} | CPU time |")
+    print("|---|---|---|---|---|---|")
     for damping in dampings:
         every = list(runs(study, damping))
         for ratio in RATIOS:
             hertz = [found[ratio][0] for found in every if ratio in found]
             missing += len(NUMBERS) - len(hertz)
             worst = max(worst, max(hertz) / min(hertz) - 1 if hertz else 0.0)
-    print(f"\nat most {100 * worst:.2f} % apart, {missing} missing")
+    print(f"\nlargest difference of frequencies: {100 * worst:.2f} %; missing motions: {missing}")
     return int(worst > APART or missing > 0)
 
 

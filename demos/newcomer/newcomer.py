@@ -75,7 +75,8 @@ if __name__ == "__main__":
     subprocess.run([sys.executable, HERE / "blades.py"], check=True)
     rows = [row(name) for name in sys.argv[1:] or ADVICE]
     print(
-        "| blade | degrees of freedom | check (s) | run (s) | points | advice | changed "
-        "| run again (s) | points | report (s) |\n|---|---|---|---|---|---|---|---|---|---|"
+        "| blade | degrees of freedom | check (s) | run (s) | points of the first run "
+        "| message of the program | change before the second run | run again (s) "
+        "| points of the second run | report (s) |\n|---|---|---|---|---|---|---|---|---|---|"
     )
     print("\n".join(rows))

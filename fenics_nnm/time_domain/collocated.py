@@ -51,6 +51,9 @@ _KEPT = 500
 #: Courses that are kept: derivatives, multipliers and bifurcations are asked for after the motion.
 _LATEST = 100
 
+#: Stages that are tried for a state before its forces are found from scratch.
+_RECENT = 4
+
 #: Walks that are kept: a motion is often followed for half a period, then for all of it.
 _WALKS = 8
 
@@ -173,12 +176,13 @@ class Collocated:
         return self.states.energy_of(q, velocity, self.stage_at(q).forces(q))
 
     def stage_at(self, q: Array) -> SmoothStage:
-        """The stage of coordinates of shape (J,); motions often come back to the same one."""
-        for stage in self._latest:
-            if stage.margins(q).min() > 0:
-                return stage
-        self._latest[:] = [self._stage(self.states.contact(q).force[0] > 0)]
-        return self._latest[0]
+        """The stage of coordinates of shape (J,); most often it is one of the latest asked for."""
+        stage = next((known for known in self._latest if known.margins(q).min() > 0), None)
+        if stage is None:
+            stage = self._stage(self.states.contact(q).force[0] > 0)
+        others = [known for known in self._latest if known is not stage]
+        self._latest[:] = [stage, *others[: _RECENT - 1]]
+        return stage
 
     def stage_after(self, q: Array, velocity: Array, before: SmoothStage | None) -> SmoothStage:
         """The stage that a state is about to be in; most often one point opens or closes."""

@@ -50,8 +50,24 @@ class Margins:
 
     def first_negative(self, exact: Exact) -> float:
         """First time at which a margin is negative, or the last time."""
-        if (self.margins[0] < self.zero).any():
+        points = self._near()
+        if not points.size:
+            return float(self.times[-1])
+        margins, zero = self.margins[:, points], self.zero[points]
+        if (margins[0] < zero).any():
             return float(self.times[0])
+        near = Margins(self.times, margins, self.rates[:, points], zero)
+        return near._first_negative(lambda point, time: exact(int(points[point]), time))
+
+    def _near(self) -> Indices:
+        """Points whose margins may be negative: cubics of the others stay well above zero."""
+        times, lowest = self.times, self.margins.min(axis=0)
+        deepest = 2 * _DEEPEST / (1 - _NEAR) * float((times[1:] - times[:-1]).max(initial=0.0))
+        far = lowest > deepest * np.abs(self.rates).max(axis=0)
+        return (~far).nonzero()[0]
+
+    def _first_negative(self, exact: Exact) -> float:
+        """The same where no margin is negative at first."""
         ends, dips = self.margins[1:] < self.zero, self._dips()
         for at in np.flatnonzero((ends | dips).any(axis=1)):
             found = [self._crossing(at, c, exact) for c in np.flatnonzero(ends[at] | dips[at])]

@@ -22,6 +22,8 @@ class MasterPairs(Pairs):
 
     def monomials(self, q: Array) -> Array:
         """Products of masters (k, ..), shape (P, ..)."""
+        if self.count == 1:
+            return q * q
         return np.asarray(q[self.first] * q[self.second])
 
     def product_slopes(self, q: Array) -> Array:
@@ -45,6 +47,8 @@ class MasterPairs(Pairs):
 
     def product_rates(self, q: Array, velocity: Array) -> Array:
         """Rates of products of masters (k, ..) that move, shape (P, ..)."""
+        if self.count == 1:
+            return 2 * q * velocity
         first, second = self.first, self.second
         return np.asarray(q[first] * velocity[second] + velocity[first] * q[second])
 

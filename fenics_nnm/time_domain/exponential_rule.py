@@ -49,7 +49,6 @@ class GaussNodes:
         at: Points, shape (s,).
         to_legendre: From values to Legendre coefficients, shape (s, s).
         barycentric: Weights of the barycentric formula, shape (s,).
-        to_slopes: From values to derivatives at the points, shape (s, s).
         first_few: From values to a polynomial of lower degree, in powers of the place, that has
             the same first Legendre coefficients, shape (min(7, s), s).
     """
@@ -57,7 +56,6 @@ class GaussNodes:
     at: Array
     to_legendre: Array
     barycentric: Array
-    to_slopes: Array
     first_few: Array
 
     @classmethod
@@ -72,7 +70,6 @@ class GaussNodes:
             at=(x + 1) / 2,
             to_legendre=to_legendre,
             barycentric=signs * np.sqrt((1 - x**2) * weight),
-            to_slopes=P @ _derivative_of(count) @ to_legendre,
             first_few=_powers(min(_FIRST_FEW, count)) @ to_legendre[:_FIRST_FEW],
         )
 
@@ -90,14 +87,6 @@ class GaussNodes:
         parts = self.barycentric / np.where(apart == 0, _TINY, apart)
         return np.asarray(parts / parts.sum(axis=-1, keepdims=True))
 
-    def derivatives(self, at: float) -> Array:
-        """By values, at a place: those of their polynomial and two derivatives, shape (3, s)."""
-        found = np.empty((3, len(self.at)))
-        found[0] = self.basis(np.array(at))
-        np.matmul(found[0], self.to_slopes, out=found[1])
-        np.matmul(found[1], self.to_slopes, out=found[2])
-        return found
-
     def beyond(self, at: Array, values: Array) -> Array:
         """A guess at values of shape (n, s) at places beyond 1, shape (t,), of shape (n, t)."""
         return np.asarray(
@@ -113,13 +102,6 @@ def _powers(count: int) -> Array:
         power = np.polynomial.legendre.Legendre.basis(degree).convert(kind=np.polynomial.Polynomial)
         columns[: degree + 1, degree] = power(shifted).coef
     return columns
-
-
-def _derivative_of(count: int) -> Array:
-    """Legendre coefficients of the derivatives of Legendre polynomials of 2 t - 1, columns."""
-    found = np.zeros((count, count))
-    found[:-1] = np.polynomial.legendre.legder(np.eye(count), scl=2.0)
-    return found
 
 
 @cache

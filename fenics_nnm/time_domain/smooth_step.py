@@ -10,9 +10,9 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.time_domain.exponential_rule import Weights, gauss_points
 from fenics_nnm.time_domain.margins import Margins
-from fenics_nnm.time_domain.near_motion import NearMotion
 from fenics_nnm.time_domain.smooth_stage import SmoothStage
 from fenics_nnm.time_domain.step_rule import Rule
+from fenics_nnm.time_domain.step_series import WatchedMotion
 
 #: A margin is negative below this part of the size of what it is the difference of.
 _ROUND_OFF = 1e-13
@@ -164,20 +164,21 @@ class SmoothStep:
         Returns:
             The time, and coordinates of the stage and their velocities there, shape (J, 2).
         """
-        rule, near = self.rule, NearMotion(self._derivatives, float(self.stage.linear.nu[-1]))
+        rule = self.rule
         if rule.watched[0] >= rule.step:
-            return rule.step, near.at(rule.step)
+            return rule.step, self.after(rule.step)
         watched, count = self._motion(rule.at_watched), len(rule.watched)
+        between = WatchedMotion(rule.series, watched, self.remainder)
         margins, rates, size = self.stage.course.along(watched)
         found = Margins(rule.watched, margins.T, rates.T, -_ROUND_OFF * size)
 
         def exact(point: int, time: float) -> tuple[float, float]:
-            return self.stage.course.of_point(point, near.at(time))
+            return self.stage.course.of_point(point, between.at(time))
 
         time = found.first_negative(exact)
         if time == rule.watched[-1]:
             return time, watched[:, [count - 1, 2 * count - 1]]
-        return time, near.at(time)
+        return time, between.at(time)
 
     def _pushed(self, slopes: Array, seen: Array) -> Array:
         """Changes of pushes, node by node, by what is seen there, ((3 k + P) s, c)."""
@@ -197,17 +198,3 @@ class SmoothStep:
     def _motion(self, weights: Weights) -> Array:
         """Coordinates of the stage and, beside them, their velocities, (J, 2 t)."""
         return weights.motion(self.start.x, self.start.rate, self.remainder)
-
-    def _derivatives(self, time: float) -> Array:
-        """Coordinates of the stage at a time and five derivatives, shape (J, 6).
-
-        By x'' = n - nu^2 x, without the third derivative of n.
-        """
-        step, stiffness = self.rule.step, self.stage.linear.nu[:, None] ** 2
-        found = np.zeros((len(stiffness), 6))
-        found[:, :2] = self._motion(self._weights_at(time))
-        n = self.remainder @ self.rule.nodes.derivatives(time / step).T
-        found[:, 2:5] = n / (1.0, step, step**2)
-        found[:, 2:4] -= stiffness * found[:, :2]
-        found[:, 4:] -= stiffness * found[:, 2:4]
-        return found

@@ -10,6 +10,7 @@ from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.time_domain.exponential_rule import GaussNodes, Weights
 from fenics_nnm.time_domain.kept import bytes_of
 from fenics_nnm.time_domain.remainder import Remainder
+from fenics_nnm.time_domain.step_series import StepSeries
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,7 @@ class Rule:
         by_pushes: What is seen by the pushes, shape ((3 k + P) s, (P + k) s).
         watched: Times at which margins are looked at, the last at the end, shape (d,).
         at_watched: Weights at these.
+        series: Series of the motion between these.
         at_end: Weights at the end.
         end_by_start: Coordinates at the end and their velocities by those at the start, without
             pushes, shape (2 J, 2 J).
@@ -44,6 +46,7 @@ class Rule:
     by_pushes: Array
     watched: Array
     at_watched: Weights
+    series: StepSeries
     at_end: Weights
     end_by_start: Array
     end_by_pushes: Array
@@ -77,6 +80,7 @@ class Rule:
             by_pushes=_by_pushes(at_nodes, remainder),
             watched=watched,
             at_watched=Weights.of(nodes, nu, step, watched),
+            series=StepSeries.of(nodes, nu, step, watched, step / count),
             at_end=at_end,
             end_by_start=at_end.by_start,
             end_by_pushes=at_end.by_pushes(remainder.directions),
@@ -89,7 +93,7 @@ class Rule:
         """Bytes of its arrays."""
         weights = self.at_watched.both, self.at_end.both
         ends = self.end_by_start, self.end_by_pushes
-        return bytes_of(self.by_start, self.by_pushes, *ends, *weights)
+        return bytes_of(self.by_start, self.by_pushes, *ends, *weights) + self.series.nbytes
 
     def free(self, x: Array, rate: Array) -> Array:
         """What is seen without pushes, from a state of the stage, shape ((3 k + P) s,)."""

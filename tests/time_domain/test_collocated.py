@@ -226,3 +226,25 @@ def test_first_change_is_found_also_between_the_times_looked_at() -> None:
     margins = Margins(times, values[:, :1], values[:, 1:], np.array([-1e-15]))
     assert margins.first_negative(exact) == pytest.approx(0.49, abs=1e-12)
     assert values[:, 0].min() > 0
+
+
+def test_margins_that_stay_well_above_zero_are_not_looked_at_closely() -> None:
+    """The first falls through zero, the second turns at 0.6, the third nearly at zero."""
+    times, lowest = np.linspace(0.0, 1.0, 9), np.array([-1.0, 0.6, 1e-4])
+    asked = set()
+
+    def exact(point: int, time: float) -> tuple[float, float]:
+        asked.add(point)
+        bend = 4 * (1 - lowest[point])
+        return lowest[point] + bend * (time - 0.55) ** 2, 2 * bend * (time - 0.55)
+
+    values = np.array([[exact(point, float(time)) for point in range(3)] for time in times])
+    asked.clear()
+    margins = Margins(times, values[:, :, 0], values[:, :, 1], np.full(3, -1e-15))
+    first = 0.55 - np.sqrt(1 / 8)
+    assert margins.first_negative(exact) == pytest.approx(first, abs=1e-12)
+    assert asked == {0}
+    others = Margins(times, values[:, 1:, 0], values[:, 1:, 1], np.full(2, -1e-15))
+    asked.clear()
+    assert others.first_negative(lambda point, time: exact(point + 1, time)) == 1.0
+    assert asked == {2}

@@ -212,38 +212,37 @@ class _Walk:
 
     def __init__(self, flow: Collocated, q: Array, velocity: Array) -> None:
         self._flow = flow
-        self._first = self._q, self._velocity = q, velocity
+        self._first = q, velocity
         self._size = float(np.sqrt(2 * flow.energy(q, velocity)))
         self._rungs = Rungs(_LONGEST * 2 * np.pi / float(flow.model.omega[0]), flow.nodes)
         self._clock, self._changes, self._changed = 0.0, 0, False
         self._stage = flow.stage_after(q, velocity, None)
+        self._start = Start.of(self._stage, q, velocity, self._size)
         self._parts: list[Part] = []
 
     @property
     def nbytes(self) -> int:
         """Bytes of its arrays; those of its steps belong to the courses."""
-        return bytes_of(self._q, self._velocity)
+        return bytes_of(*self._first, self._start.x, self._start.rate)
 
     def course(self, span: float) -> Course:
         """The course for a time; the last step of it is left before its end."""
         failure = self._run(span)
-        parts, end = tuple(parts_until(self._parts, span)), (self._q, self._velocity)
-        if parts and not failure:
-            end = parts[-1].end
-        return Course(*self._first, end if parts else self._first, parts, failure)
+        parts = tuple(parts_until(self._parts, span))
+        end = parts[-1].end if parts else self._first
+        return Course(*self._first, end, parts, failure)
 
     def _run(self, span: float) -> str:
         """Go on, by whole steps, for a time or longer; why it ended before, or nothing."""
         while self._clock < span:
             if self._changed:
-                self._stage = self._flow.stage_after(self._q, self._velocity, self._stage)
-                self._changes, self._changed = self._changes + 1, False
+                self._change()
             if self._changes > self._flow.most_changes:
                 return (
                     f"more than {self._flow.most_changes} changes of contact in "
                     f"{self._clock:.3g} of {span:.3g} s"
                 )
-            step = self._solved(self._stage)
+            step = self._solved()
             if step is None:
                 return f"the steps in time became too small at {self._clock:.3g} of {span:.3g} s"
             ends, motion = step.end()
@@ -251,16 +250,21 @@ class _Walk:
             self._take(step, ends, motion)
         return ""
 
-    def _solved(self, stage: SmoothStage) -> SmoothStep | None:
+    def _change(self) -> None:
+        """Go on in the stage that follows."""
+        q, velocity = self._start.state(self._stage)
+        self._stage = self._flow.stage_after(q, velocity, self._stage)
+        self._start = Start.of(self._stage, q, velocity, self._size)
+        self._changes, self._changed = self._changes + 1, False
+
+    def _solved(self) -> SmoothStep | None:
         """The next step, as long as the remainder allows; None where none is short enough."""
-        flow, longest = self._flow, self._flow.longest_turn / float(stage.linear.nu[-1])
-        start = Start.of(stage, self._q, self._velocity, self._size)
-        rungs = self._rungs
-        rungs.reach(longest)
+        flow, stage, rungs = self._flow, self._stage, self._rungs
+        rungs.reach(flow.longest_turn / float(stage.linear.nu[-1]))
         for _ in range(_TRIES):
             rule = flow.rule(stage, rungs.step)
             guess = self._guess(stage, rungs.step)
-            found = SmoothStep.solved(stage, rule, start, guess, flow.iterated)
+            found = SmoothStep.solved(stage, rule, self._start, guess, flow.iterated)
             error = found.tail / self._size / flow.tolerance if found else np.inf
             if found and error <= 1:
                 rungs.accepted(error)
@@ -273,13 +277,12 @@ class _Walk:
         if self._parts:
             last = self._parts[-1]
             return last.step.continued(last.passed, length)
-        first = stage.remainder(stage.seen(self._q[None], self._velocity[None]))
+        q, velocity = self._first
+        first = stage.remainder(stage.seen(q[None], velocity[None]))
         return np.repeat(first, self._flow.nodes, axis=1)
 
     def _take(self, step: SmoothStep, passed: float, motion: Array) -> None:
         """Go on by a part of a step, to coordinates of its stage and their velocities, (J, 2)."""
-        linear = step.stage.linear
-        self._q, self._velocity = (linear.V @ motion).T
-        self._q += linear.rest
+        self._start = Start(motion[:, 0], motion[:, 1], self._size)
         self._parts.append(Part(step, passed))
         self._clock += passed

@@ -44,6 +44,11 @@ class Start:
         linear = stage.linear
         return cls((q - linear.rest) @ linear.V, velocity @ linear.V, size)
 
+    def state(self, stage: SmoothStage) -> tuple[Array, Array]:
+        """Coordinates and velocities of the model, each of shape (J,)."""
+        linear = stage.linear
+        return linear.rest + linear.V @ self.x, linear.V @ self.rate
+
 
 @dataclass(frozen=True, slots=True)
 class SmoothStep:

@@ -95,7 +95,7 @@ class SmoothStep:
         free, reach = rule.free(start.x, start.rate), rule.step * stage.remainder.reach[:, None]
         pushes, before = guess, np.inf
         for _ in range(_ITERATIONS):
-            seen = (free + rule.by_pushes @ pushes.ravel()).reshape(-1, pushes.shape[1])
+            seen = (free + rule.by_pushes.dot(pushes.ravel())).reshape(-1, pushes.shape[1])
             found = stage.remainder(seen)
             moved = reach * (found - pushes)
             change = math.sqrt(np.vdot(moved, moved))

@@ -71,13 +71,18 @@ def use_fastest(ksp: PETSc.KSP, memory: float | None, settings: Sequence[tuple[s
         memory: Memory in bytes that a rank may take for factors; no limit if None.
         settings: Options of MUMPS and their values.
     """
-    rows = ksp.getOperators()[1].getSize()[0]
-    fits = memory is None or 8 * _ENTRIES * rows ** (4 / 3) <= memory
-    known = any(map(PETSc.Sys.hasExternalPackage, ("cholmod", "suitesparse")))
-    if ksp.comm.size == 1 and fits and known:
+    if takes_cholmod(ksp.getOperators()[1], memory):
         _use(ksp, PETSc.Mat.SolverType.CHOLMOD, _OF_CHOLMOD)
     else:
         use_mumps(ksp, settings)
+
+
+def takes_cholmod(matrix: PETSc.Mat, memory: float | None) -> bool:
+    """Whether `use_fastest` takes CHOLMOD for a matrix and a limit of memory in bytes."""
+    rows = matrix.getSize()[0]
+    fits = memory is None or 8 * _ENTRIES * rows ** (4 / 3) <= memory
+    known = any(map(PETSc.Sys.hasExternalPackage, ("cholmod", "suitesparse")))
+    return matrix.comm.size == 1 and fits and known
 
 
 def negative_pivots(ksp: PETSc.KSP) -> int:
@@ -112,6 +117,25 @@ def limited_memory(ksp: PETSc.KSP, memory: float | None) -> Iterator[None]:
         return
     rows = ksp.getOperators()[1].getSize()[0]
     options.setValue(name, max(1, int(min(memory, _DENSE * rows**2 + _BESIDES) / 1e6)))
+    try:
+        yield
+    finally:
+        options.delValue(name)
+
+
+@contextmanager
+def order_kept(ksp: PETSc.KSP, kept: bool = True) -> Iterator[None]:
+    """Let CHOLMOD keep the order of the rows of its matrix in a factorisation inside.
+
+    Else it compares orders of its own, which it finds anew.
+    """
+    options, name = PETSc.Options(ksp.getOptionsPrefix()), "mat_cholmod_nmethods"
+    pc = ksp.getPC()
+    if not kept or options.hasName(name) or pc.getFactorSolverType() != "cholmod":
+        yield
+        return
+    pc.setFactorOrdering("natural")
+    options.setValue(name, 1)
     try:
         yield
     finally:

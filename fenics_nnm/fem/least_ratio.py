@@ -12,7 +12,8 @@ from petsc4py import PETSc
 from scipy.linalg import eigh_tridiagonal
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.block import product, solved
+from fenics_nnm.fem.block import product
+from fenics_nnm.reduction.operators import Product
 
 #: The least ratio is known when it is off by this part of it at most; so many steps at most.
 _ACCURACY, _LEAST_STEPS, _MOST_STEPS = 0.1, 6, 40
@@ -21,12 +22,12 @@ _ACCURACY, _LEAST_STEPS, _MOST_STEPS = 0.1, 6, 40
 _SEED = 20
 
 
-def least_ratio(tangent: PETSc.Mat, ksp: PETSc.KSP, enough: float = np.inf) -> float:
+def least_ratio(tangent: PETSc.Mat, solve: Product, enough: float = np.inf) -> float:
     """A lower bound of the least eigenvalue of K^-1 K_T to some 10 per cent; on all ranks.
 
     Args:
         tangent: K_T, symmetric.
-        ksp: Solver with the factors of K, symmetric and positive definite.
+        solve: K^-1 of columns of forces, K symmetric and positive definite.
         enough: A bound above this is taken however close it is.
 
     Returns:
@@ -36,7 +37,7 @@ def least_ratio(tangent: PETSc.Mat, ksp: PETSc.KSP, enough: float = np.inf) -> f
     rng = np.random.default_rng(_SEED + comm.rank)
     rows = tangent.getLocalSize()[0]
     force = rng.normal(size=rows)
-    shape = _solution(ksp, force)
+    shape = solve(force[:, None])[:, 0]
     diagonal: list[float] = []
     beside: list[float] = []
     kept: list[tuple[Array, Array]] = []  # v and K v
@@ -46,7 +47,7 @@ def least_ratio(tangent: PETSc.Mat, ksp: PETSc.KSP, enough: float = np.inf) -> f
         kept.append((shape, force))
         image = product(tangent, shape[:, None])[:, 0]
         diagonal.append(float(comm.allreduce(float(shape @ image))))
-        next_shape = _solution(ksp, image)
+        next_shape = solve(image[:, None])[:, 0]
         for _ in range(2):
             for other, pulled in kept:
                 part = float(comm.allreduce(float(pulled @ next_shape)))
@@ -63,7 +64,3 @@ def least_ratio(tangent: PETSc.Mat, ksp: PETSc.KSP, enough: float = np.inf) -> f
         beside.append(size)
         shape, force = next_shape, image
     return -np.inf
-
-
-def _solution(ksp: PETSc.KSP, force: Array) -> Array:
-    return solved(ksp, force[:, None])[:, 0]

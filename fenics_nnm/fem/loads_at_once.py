@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from mpi4py import MPI
-from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError, OutOfMemoryError
 from fenics_nnm.fem.anderson import Anderson
-from fenics_nnm.fem.block import solved
-from fenics_nnm.fem.factorisation import (
-    ROOT_ALONE,
-    factorise,
-    limited_memory,
-    negative_pivots,
-    use_fastest,
-)
+from fenics_nnm.fem.factorisation import negative_pivots
 from fenics_nnm.fem.least_ratio import least_ratio
 from fenics_nnm.fem.loaded_residual import LoadedResidual
+from fenics_nnm.fem.ordered import Ordered
 from fenics_nnm.fem.parallel import HeldTogether
+from fenics_nnm.fem.solid import Solid
 
 #: Steps have converged when one is this part of the displacement, as what is left then is some ten
 #: times less; as many at most, and so many without a smaller one, by round-off where the smallest
@@ -43,32 +36,23 @@ class LoadsAtOnce(HeldTogether):
         steps: Number of steps so far.
     """
 
-    def __init__(
-        self,
-        stiffness: PETSc.Mat,
-        residual: LoadedResidual,
-        comm: MPI.Intracomm,
-        memory: float | None,
-    ) -> None:
+    def __init__(self, solid: Solid, residual: LoadedResidual, memory: float | None) -> None:
         """Prepare for a body.
 
         Args:
-            stiffness: Of the unloaded body.
+            solid: The unloaded body.
             residual: Its residual, whose displacement moves.
-            comm: Ranks.
             memory: Memory in bytes that a rank may take for factors; no limit if None.
         """
+        comm = solid.tagged.mesh.comm
         super().__init__(comm)
         self._residual, self._comm, self._memory = residual, comm, memory
-        self._ksp = PETSc.KSP().create(stiffness.comm)
-        self._ksp.setOptionsPrefix("nnm_static_")
-        self._ksp.setOperators(stiffness)
-        use_fastest(self._ksp, memory, (ROOT_ALONE,))
+        self._inverse = Ordered.of(solid, memory, "nnm_static_")
         self.steps = 0
 
     def release(self) -> None:
         """Free the factorisation."""
-        self._ksp.destroy()
+        self._inverse.release()
 
     def found(self) -> bool:
         """Whether steps lead to a state of all loads; its tangent is assembled.
@@ -78,9 +62,8 @@ class LoadsAtOnce(HeldTogether):
         """
         self._residual.apply(1.0)
         try:
-            with limited_memory(self._ksp, self._memory):
-                factorise(self._ksp)
-            if negative_pivots(self._ksp) or not self._converged():
+            self._inverse.factorise(self._memory)
+            if negative_pivots(self._inverse.ksp) or not self._converged():
                 return False
         except OutOfMemoryError:
             raise
@@ -92,7 +75,7 @@ class LoadsAtOnce(HeldTogether):
     def firm(self) -> bool:
         """Whether the state that was found is stable, as the factors of the unloaded body show."""
         try:
-            return least_ratio(self._residual.tangent, self._ksp, _FIRM) > _SOFT
+            return least_ratio(self._residual.tangent, self._inverse.solve, _FIRM) > _SOFT
         except ConvergenceError:
             return False
 
@@ -120,4 +103,4 @@ class LoadsAtOnce(HeldTogether):
 
     def _step(self) -> Array:
         """The next displacement u - K^-1 r(u) in m, without acceleration, shape (n_owned,)."""
-        return solved(self._ksp, -self._residual.rest()[:, None])[:, 0]
+        return self._inverse.solve(-self._residual.rest()[:, None])[:, 0]

@@ -154,8 +154,8 @@ class _Newton(HeldTogether):
         Args:
             proven: Whether the tangent must be known to be positive definite.
         """
-        residual, comm = self._residual, self._solid.tagged.mesh.comm
-        with LoadsAtOnce(self._solid.stiffness, residual, comm, self._memory) as at_once:
+        residual = self._residual
+        with LoadsAtOnce(self._solid, residual, self._memory) as at_once:
             if at_once.found() and (not proven or at_once.firm()):
                 return StepsTaken(at_once.steps, 1)
         residual.move(np.zeros(self._solid.owned))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -9,6 +11,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.anderson import Anderson
+from fenics_nnm.fem.block import solved
 from fenics_nnm.fem.factorisation import factorise, use_mumps
 from fenics_nnm.fem.least_ratio import least_ratio
 
@@ -31,7 +34,7 @@ def test_least_ratio(lowest: float, found: float) -> None:
     ksp.setOperators(_diagonal(stiffness))
     use_mumps(ksp)
     factorise(ksp)
-    least = least_ratio(_diagonal(ratios * stiffness), ksp)
+    least = least_ratio(_diagonal(ratios * stiffness), partial(solved, ksp))
     assert found - 0.1 * abs(found) <= least <= found / 2 + abs(found) / 2
     ksp.destroy()
 
@@ -43,10 +46,12 @@ def test_a_bound_that_is_enough_ends_the_search() -> None:
     ksp.setOperators(_diagonal(np.ones(400)))
     use_mumps(ksp)
     factorise(ksp)
-    closer, enough = (least_ratio(_diagonal(spread), ksp, each) for each in (np.inf, 0.2))
+    closer, enough = (
+        least_ratio(_diagonal(spread), partial(solved, ksp), each) for each in (np.inf, 0.2)
+    )
     assert 0.2 < enough < closer <= 0.5
     soft = np.r_[0.15, spread[1:]]
-    assert 0.15 * 0.9 <= least_ratio(_diagonal(soft), ksp, 0.2) <= 0.15
+    assert 0.15 * 0.9 <= least_ratio(_diagonal(soft), solve, 0.2) <= 0.15
     ksp.destroy()
 
 

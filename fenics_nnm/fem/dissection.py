@@ -1,0 +1,104 @@
+"""An order of the degrees of freedom in which a stiffness has sparse factors: nested dissection.
+
+A. George, SIAM J. Numer. Anal. 10 (1973) 345-363. Cells are halved again and again until a few are
+left. The nodes that both halves share separate them, and come after those inside of either. SCOTCH
+halves the cells, as dolfinx has it for meshes on several ranks: cells that share facets are far
+fewer than degrees of freedom that share entries, so that this is a small part of CHOLMOD's own
+ordering (benchmarks/README.md).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from dolfinx import cpp, fem
+from dolfinx import mesh as dmesh
+from mpi4py import MPI
+
+from fenics_nnm.arrays import Indices
+
+#: With fewer cells the order of a solver is found as fast. Halves of halves have about so many.
+_WORTHWHILE, _LEAST = 4000, 4
+
+#: Halves may differ in size by this part, so that their border is small; and the seed of SCOTCH.
+_IMBALANCE, _SEED = 0.4, 0
+
+#: SCOTCH's variable for its threads: several give other parts each time.
+_THREADS = "SCOTCH_PTHREAD_NUMBER"
+
+#: Makes the function that cuts graphs into parts; none where dolfinx was built without SCOTCH.
+_partitioner: Callable[..., Any] | None = getattr(cpp.graph, "partitioner_scotch", None)
+
+#: The order as it is.
+AS_IT_IS = slice(None)
+
+
+def dissected(space: fem.FunctionSpace, worthwhile: int = _WORTHWHILE) -> Indices | slice:
+    """Degrees of freedom of a space on one rank in the order of nested dissection, shape (n,).
+
+    It is `AS_IT_IS` for few cells, and where there is no SCOTCH.
+
+    Args:
+        space: Space of displacements.
+        worthwhile: Least number of cells.
+    """
+    cells, size = space.dofmap.list, space.dofmap.index_map_bs
+    if _partitioner is None or len(cells) < worthwhile:
+        return AS_IT_IS
+    levels = int(np.log2(len(cells) / _LEAST))
+    with _one_thread():
+        cut = _partitioner(_IMBALANCE, _SEED)
+        part = cut(MPI.COMM_SELF, 2**levels, _neighbours(space.mesh), False).array
+    nodes = separated(cells, np.asarray(part), levels)
+    return (nodes[:, None] * size + np.arange(size)).ravel().astype(np.int32)
+
+
+def separated(cells: Indices, part: Indices, levels: int) -> Indices:
+    """Nodes in the order in which parts of cells separate them.
+
+    Args:
+        cells: Nodes of the cells, shape (cells, nodes a cell).
+        part: Part of each cell, from 0; parts 2 k and 2 k + 1 are halves of one part, and so on.
+        levels: How often cells were halved, so that there are 2^levels parts.
+
+    Returns:
+        A permutation of the nodes, shape (nodes,).
+    """
+    first, last = np.full(cells.max() + 1, 2**levels), np.zeros(cells.max() + 1, dtype=int)
+    np.minimum.at(first, cells, part[:, None])
+    np.maximum.at(last, cells, part[:, None])
+    height = np.frexp((first ^ last).astype(float))[1]  # halvings above the smallest part with all
+    end = ((first >> height) + 1) << height
+    return np.lexsort((height, end))
+
+
+def _neighbours(mesh: dmesh.Mesh) -> Any:
+    """The cells that each cell shares a facet with, as a list of dolfinx's."""
+    dim = mesh.topology.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    facets = mesh.topology.connectivity(dim - 1, dim)
+    shared = facets.offsets[:-1][np.diff(facets.offsets) == 2]
+    both = np.stack([facets.array[shared], facets.array[shared + 1]], axis=1)
+    both = np.concatenate([both, both[:, ::-1]])
+    count = mesh.topology.index_map(dim).size_local
+    first = np.r_[0, np.cumsum(np.bincount(both[:, 0], minlength=count))].astype(np.int32)
+    beside = both[np.argsort(both[:, 0], kind="stable"), 1].astype(np.int64)
+    return cpp.graph.AdjacencyList_int64(beside, first)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Let SCOTCH have one thread inside, so that its parts are always the same."""
+    before = os.environ.get(_THREADS)
+    os.environ[_THREADS] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_THREADS]
+        else:
+            os.environ[_THREADS] = before

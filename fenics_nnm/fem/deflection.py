@@ -14,6 +14,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.cached_deflection import DeflectionKeeper
+from fenics_nnm.fem.jit import quick
 from fenics_nnm.fem.loaded_form import large_deflection, pressing
 from fenics_nnm.fem.point_deflection import PointDeflection
 from fenics_nnm.fem.solid import Solid
@@ -123,11 +124,11 @@ class FormDeflection:
                 form += pressing(solid, pressure, u, v, whole)
         self._along = tuple(fem.Function(solid.space) for _ in range(3))
         self._u, self._form = u, form
-        self._second = fem.form(self._derivative(0, 0))
+        self._second = fem.form(self._derivative(0, 0), jit_options=quick())
 
     @cached_property
     def _third(self) -> fem.Form:
-        return fem.form(self._derivative(0, 1, 2))
+        return fem.form(self._derivative(0, 1, 2), jit_options=quick())
 
     def _derivative(self, *along: int) -> Expr:
         """Derivative of the residual along some of the functions, one after the other."""

@@ -24,6 +24,19 @@ from fenics_nnm.interrupts import uninterrupted
 #: Seconds after which a compilation that has not come to its end is taken for dead.
 _DEAD = 120.0
 
+#: Options of gcc and clang that let sums be done in any order, so that their terms are computed
+#: several at once.
+_ANY_ORDER = ("-fno-trapping-math", "-fno-signed-zeros", "-fassociative-math")
+
+
+def quick() -> dict[str, Any]:
+    """Options of dolfinx for long forms, whose values may then differ in their last digit.
+
+    Options of the compiler that the user gives win.
+    """
+    own = jit.get_options()["cffi_extra_compile_args"]
+    return {"cffi_extra_compile_args": [*_ANY_ORDER, *own]}
+
 
 def make_safe() -> None:
     """Read the options once, without those of the current folder, and mend what was cut short."""

@@ -9,6 +9,7 @@ from dolfinx.fem.petsc import assemble_matrix, assemble_vector
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.fem.jit import quick
 from fenics_nnm.fem.loaded_form import rest_form
 from fenics_nnm.fem.loads import Loads
 from fenics_nnm.fem.point_loads import point_loads
@@ -38,8 +39,9 @@ class LoadedResidual:
         self.displacement = fem.Function(solid.space)
         self._level = fem.Constant(solid.tagged.mesh, 0.0)
         form = rest_form(solid, loads, self.displacement, self._level)
-        self._rest = fem.form(form)
-        self._slope = fem.form(ufl.derivative(form, self.displacement))
+        self._rest = fem.form(form, jit_options=quick())
+        slope = ufl.derivative(form, self.displacement)
+        self._slope = fem.form(slope, jit_options=quick())
         self._points = point_loads(solid, loads)
         self.tangent: PETSc.Mat = solid.stiffness.duplicate()
         self.asymmetry = 0.0

@@ -46,9 +46,8 @@ def test_a_bound_that_is_enough_ends_the_search() -> None:
     ksp.setOperators(_diagonal(np.ones(400)))
     use_mumps(ksp)
     factorise(ksp)
-    closer, enough = (
-        least_ratio(_diagonal(spread), partial(solved, ksp), each) for each in (np.inf, 0.2)
-    )
+    solve = partial(solved, ksp)
+    closer, enough = (least_ratio(_diagonal(spread), solve, each) for each in (np.inf, 0.2))
     assert 0.2 < enough < closer <= 0.5
     soft = np.r_[0.15, spread[1:]]
     assert 0.15 * 0.9 <= least_ratio(_diagonal(soft), solve, 0.2) <= 0.15

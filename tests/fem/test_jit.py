@@ -15,7 +15,7 @@ import pytest
 from dolfinx import jit
 
 import fenics_nnm.fem.compat  # noqa: F401  # which makes it safe
-from fenics_nnm.fem.jit import whole
+from fenics_nnm.fem.jit import quick, whole
 from fenics_nnm.processes import environment_of_child
 
 
@@ -81,3 +81,12 @@ def test_files_of_options_in_the_current_folder_have_no_effect(tmp_path: Path) -
     )
     assert "log_view" not in ended.stdout and ended.stdout.endswith("white\n")
     assert not (tmp_path / "log").exists()
+
+
+def test_sums_in_any_order_and_options_of_the_user(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The compiler takes the last of options that contradict each other."""
+    own = {"cffi_extra_compile_args": ["-O1", "-fno-associative-math"]}
+    monkeypatch.setattr(jit, "get_options", lambda: own)
+    options = quick()["cffi_extra_compile_args"]
+    assert options[-2:] == own["cffi_extra_compile_args"]
+    assert "-fassociative-math" in options[:-2]

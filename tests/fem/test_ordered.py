@@ -1,0 +1,77 @@
+"""Factors of a stiffness whose rows are in another order give the same solutions."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import BEAM, changed
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from fenics_nnm.fem import ordered
+from fenics_nnm.fem.block import product
+from fenics_nnm.fem.dissection import dissected
+from fenics_nnm.fem.loads import Loads, Rotation
+from fenics_nnm.fem.ordered import Ordered
+from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.static_state import loaded
+from fenics_nnm.stages import Stages
+from fenics_nnm.structure.mesh_structure import MeshStructure
+from fenics_nnm.study import MeshStudy, study_from
+
+PREFIX = "test_ordered_"
+
+
+@pytest.fixture(scope="module")
+def solid() -> Solid:
+    mesh = {"length": 0.4, "width": 0.1, "height": 0.1, "elements": [6, 2, 2]}
+    study = study_from(changed(BEAM, {"mesh": mesh}), Path("study.toml"))
+    assert isinstance(study, MeshStudy)
+    return MeshStructure(study).assembled(MPI.COMM_SELF, Stages()).solid
+
+
+@pytest.fixture
+def dissecting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few cells are worth the while."""
+    monkeypatch.setattr(ordered, "dissected", partial(dissected, worthwhile=1))
+
+
+@pytest.mark.usefixtures("dissecting")
+def test_solutions_are_in_the_order_of_the_matrix(solid: Solid) -> None:
+    solver = Ordered.of(solid, None, PREFIX)
+    assert isinstance(solver.order, np.ndarray)
+    solver.factorise(None)
+    forces = np.sin(np.arange(2.0 * solid.owned)).reshape(-1, 2)
+    left = product(solid.stiffness, solver.solve(forces)) - forces
+    assert np.abs(left).max() < 1e-9
+    solver.release()
+
+
+@pytest.mark.usefixtures("dissecting")
+def test_cholmod_keeps_the_order_once_and_options_of_the_user_win(solid: Solid) -> None:
+    options = PETSc.Options(PREFIX)
+    for kept in ("", "3"):
+        if kept:
+            options.setValue("mat_cholmod_nmethods", kept)
+        solver = Ordered.of(solid, None, PREFIX)
+        solver.factorise(None)
+        assert options.getString("mat_cholmod_nmethods", "") == kept
+        solver.release()
+    options.delValue("mat_cholmod_nmethods")
+
+
+def test_a_static_state_does_not_depend_on_the_order(
+    solid: Solid, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loads = Loads(Rotation((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), 2000.0))
+    found = []
+    for worthwhile in (1, 10**6):
+        monkeypatch.setattr(ordered, "dissected", partial(dissected, worthwhile=worthwhile))
+        state = loaded(solid, loads).state
+        assert state is not None
+        found.append(state.owned(solid.owned))
+    assert np.abs(found[0] - found[1]).max() < 1e-10 * np.abs(found[1]).max()
+    assert (found[0] != found[1]).any()

@@ -40,21 +40,23 @@ AS_IT_IS = slice(None)
 def dissected(space: fem.FunctionSpace, worthwhile: int = _WORTHWHILE) -> Indices | slice:
     """Degrees of freedom of a space on one rank in the order of nested dissection, shape (n,).
 
-    It is `AS_IT_IS` for few cells, and where there is no SCOTCH.
+    It is `AS_IT_IS` for few cells, for more cells than nodes (linear tetrahedra), as these take
+    longer then than the order of a solver, and where there is no SCOTCH.
 
     Args:
         space: Space of displacements.
         worthwhile: Least number of cells.
     """
     cells, size = space.dofmap.list, space.dofmap.index_map_bs
-    if _partitioner is None or len(cells) < worthwhile:
+    nodes = space.dofmap.index_map.size_local
+    if _partitioner is None or not worthwhile <= len(cells) <= nodes:
         return AS_IT_IS
     levels = int(np.log2(len(cells) / _LEAST))
     with _one_thread():
         cut = _partitioner(_IMBALANCE, _SEED)
         part = cut(MPI.COMM_SELF, 2**levels, _neighbours(space.mesh), False).array
-    nodes = separated(cells, np.asarray(part), levels)
-    return (nodes[:, None] * size + np.arange(size)).ravel().astype(np.int32)
+    order = separated(cells, np.asarray(part), levels)
+    return (order[:, None] * size + np.arange(size)).ravel().astype(np.int32)
 
 
 def separated(cells: Indices, part: Indices, levels: int) -> Indices:

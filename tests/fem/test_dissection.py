@@ -27,9 +27,9 @@ def test_parts_of_other_numbers_move_with_their_nodes() -> None:
     assert separated(cells, np.array([1, 0]), 1).tolist() == [2, 0, 1]
 
 
-def _space(cells: int, dim: int = 3) -> fem.FunctionSpace:
+def _space(cells: int, degree: int = 2) -> fem.FunctionSpace:
     mesh = dmesh.create_unit_cube(MPI.COMM_SELF, cells, cells, cells)
-    return fem.functionspace(mesh, ("Lagrange", 2, (dim,)))
+    return fem.functionspace(mesh, ("Lagrange", degree, (3,)))
 
 
 def _entries(space: fem.FunctionSpace, order: Indices) -> int:
@@ -73,7 +73,8 @@ def test_threads_of_the_user_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     assert os.environ["SCOTCH_PTHREAD_NUMBER"] == "3"
 
 
-def test_few_cells_stay_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_few_cells_and_cells_of_few_nodes_stay_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     assert dissected(_space(2)) is AS_IT_IS
+    assert dissected(_space(2, degree=1), 1) is AS_IT_IS
     monkeypatch.setattr(dissection, "_partitioner", None)
     assert dissected(_space(2), 1) is AS_IT_IS

@@ -83,11 +83,14 @@ def difference(direct: dict[str, Any], iterative: dict[str, Any]) -> str:
 
 def measured(size: float, solver: str, linear_only: bool) -> dict[str, Any]:
     """CPU seconds of the stages and the peak memory of one run."""
-    from mpi4py import MPI
+    from fenics_nnm.importing import importing
 
-    from fenics_nnm.run import run_study
-    from fenics_nnm.structure.analysis import linear_analysis
-    from fenics_nnm.study import read_study
+    with importing():  # as fenics-nnm does
+        from mpi4py import MPI
+
+        from fenics_nnm.run import run_study
+        from fenics_nnm.structure.analysis import linear_analysis
+        from fenics_nnm.study import read_study
 
     stages = timed_stages()
     with tempfile.TemporaryDirectory() as folder:

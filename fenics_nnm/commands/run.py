@@ -20,6 +20,7 @@ from fenics_nnm.commands.shared import (
     show,
     stages_of,
 )
+from fenics_nnm.importing import importing
 from fenics_nnm.interrupts import terminable
 
 if TYPE_CHECKING:
@@ -51,12 +52,13 @@ def add_to(commands: Commands) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    from mpi4py import MPI
+    with importing():
+        from mpi4py import MPI
 
-    from fenics_nnm.commands.place import place_line
-    from fenics_nnm.fem.parallel import on_root
-    from fenics_nnm.results.folder import assert_replaceable, older_results
-    from fenics_nnm.run import run_study
+        from fenics_nnm.commands.place import place_line
+        from fenics_nnm.fem.parallel import on_root
+        from fenics_nnm.results.folder import assert_replaceable, older_results
+        from fenics_nnm.run import run_study
 
     study, text = asked_study(arguments)
     console = console_of(MPI.COMM_WORLD)

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import gmsh
-
-from fenics_nnm.fem.gmsh_mesh import extracted, gmsh_session
 from fenics_nnm.fem.native_errors import GeometryErrors
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.geometry import Geometry
@@ -59,10 +56,17 @@ class BuildGeometry:
             GeometryError: if the geometry cannot be made.
             MeshError: if its mesh cannot be used.
         """
+        from fenics_nnm.fem.gmsh_mesh import gmsh_session  # as below
+
         with gmsh_session(self.errors.what, talks=True):
             return self.mesh()
 
     def mesh(self) -> RawMesh:
         """Make and mesh it in the current gmsh model."""
+        # not at the top: takes 0.15 s, which the process that has the mesh made has no use for
+        import gmsh
+
+        from fenics_nnm.fem.gmsh_mesh import extracted
+
         self.geometry.build(gmsh.model)
         return extracted(self.errors.what)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fenics_nnm.fem.build_geometry import BuildGeometry
 from fenics_nnm.fem.cached_mesh import kept_or_made
-from fenics_nnm.fem.gmsh_mesh import gmsh_session
 from fenics_nnm.fem.native import Limits, in_own_process
 from fenics_nnm.fem.raw_mesh import RawMesh
 from fenics_nnm.geometry import Geometry
@@ -20,5 +19,7 @@ def built_in(geometry: Geometry) -> RawMesh:
     job = BuildGeometry(geometry)
     if geometry.native:
         return kept_or_made(job, lambda: in_own_process(job, Limits()))
+    from fenics_nnm.fem.gmsh_mesh import gmsh_session  # takes 0.15 s, of no use above
+
     with gmsh_session(job.errors.what):
         return job.mesh()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import logging
 import pickle
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 def main(folder: Path) -> int:
     """Do the job of a folder and put the mesh, or what went wrong, in it."""
     die_with_parent()
+    gc.disable()  # what is imported lives as long as this process; a tenth of a short one
     logging.basicConfig(stream=sys.stdout, level=logging.INFO, format="%(message)s")
     job, gibibytes = pickle.loads((folder / JOB).read_bytes())
     import gmsh  # noqa: F401  # which starts a program to find its library

@@ -12,7 +12,6 @@ from importlib import metadata
 from pathlib import Path
 
 import dolfinx
-import gmsh
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
@@ -48,6 +47,8 @@ _NATIVE = (
 @lru_cache(maxsize=1)
 def surroundings() -> str:
     """Digest of the source of this program, of versions of libraries, and of options of PETSc."""
+    import gmsh  # takes 0.15 s, which runs without a cache have no use for
+
     return key_of(
         fenics_nnm.__version__,
         _source(Path(fenics_nnm.__file__).parent),

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
-from fenics_nnm.fem.cad import Refined, read_cad
-from fenics_nnm.fem.cad_model import Cad
 from fenics_nnm.fem.kept_mesh import StoredMesh
 from fenics_nnm.fem.mesh import TaggedMesh, generate_mesh, read_mesh, stored_mesh
 from fenics_nnm.fem.native import Limits
@@ -28,6 +27,9 @@ from fenics_nnm.study import MeshStudy
 from fenics_nnm.study.groups import GroupSection
 from fenics_nnm.study.mesh import CadFile, MeshFile
 from fenics_nnm.study.record import axis_vector
+
+if TYPE_CHECKING:
+    from fenics_nnm.fem.cad_model import Cad
 
 Picker = Callable[[TaggedMesh], TaggedMesh]
 """Names groups of a mesh."""
@@ -56,6 +58,8 @@ def tagged_mesh(study: MeshStudy, comm: MPI.Comm, stored: StoredMesh | None = No
 
 
 def _read_cad(section: CadFile, pick: Picker, comm: MPI.Comm) -> TaggedMesh:
+    from fenics_nnm.fem.cad import Refined, read_cad  # with gmsh, of no use to other meshes
+
     refined = tuple(
         Refined(r.facets, r.size, r.distance, "mesh.refine.facets") for r in section.refine
     )
@@ -75,6 +79,8 @@ _MAKE: Mapping[type, Callable[..., TaggedMesh]] = {CadFile: _read_cad, MeshFile:
 
 
 def _cad(section: CadFile) -> Cad:
+    from fenics_nnm.fem.cad_model import Cad  # as above
+
     return Cad(
         section.file,
         section.length_unit,

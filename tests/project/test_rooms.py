@@ -29,6 +29,7 @@ ROOMS = (
     "errors",
     "field_names",
     "interrupts",
+    "importing",
     "stages",
     "progress",
     "processes",

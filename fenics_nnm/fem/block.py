@@ -27,10 +27,9 @@ def solved(ksp: PETSc.KSP, columns: Array) -> Array:
     Raises:
         ConvergenceError: if the solver fails, as with factors of numbers that are too far apart.
     """
-    solution = np.empty(columns.shape, order="F")
+    solution = np.zeros(columns.shape, order="F")
     for group in groups(columns.shape[1], SOLVED_AT_ONCE):
-        right = _dense(columns[:, group], ksp.comm)
-        left = _dense(np.zeros((len(columns), group.stop - group.start), order="F"), ksp.comm)
+        right, left = (_dense(each[:, group], ksp.comm) for each in (columns, solution))
         try:
             ksp.matSolve(right, left)
         except PETSc.Error as error:
@@ -38,7 +37,6 @@ def solved(ksp: PETSc.KSP, columns: Array) -> Array:
                 f"linear equations cannot be solved, PETSc error {error.ierr}: numbers are too "
                 "large or too far apart: check lengths, units, material and loads"
             ) from error
-        solution[:, group] = left.getDenseArray(readonly=True)
         right.destroy()
         left.destroy()
     return solution
@@ -51,15 +49,15 @@ def product(matrix: PETSc.Mat, columns: Array) -> Array:
     """
     result = np.empty((matrix.getLocalSize()[0], columns.shape[1]), order="F")
     for group in groups(columns.shape[1]):
-        right = _dense(columns[:, group], matrix.comm)
-        left = matrix.matMult(right)
-        result[:, group] = left.getDenseArray(readonly=True)
+        right, left = (_dense(each[:, group], matrix.comm) for each in (columns, result))
+        matrix.matMult(right, left)
         right.destroy()
         left.destroy()
     return result
 
 
 def _dense(columns: Array, comm: PETSc.Comm) -> PETSc.Mat:
+    """A matrix of columns; it is in their memory where they are one after the other there."""
     matrix = PETSc.Mat().createDense(
         ((len(columns), PETSc.DETERMINE), (PETSc.DECIDE, columns.shape[1])),
         array=np.asfortranarray(columns),

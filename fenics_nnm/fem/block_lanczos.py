@@ -36,7 +36,7 @@ _TOLERANCE = 1e-10
 _SPARE_TOLERANCE = 1e-3
 
 #: A basis has room for twice the modes wanted and this many blocks.
-_ROOM = 8
+_ROOM = 10
 
 #: Of a new block, directions shorter than this part of it before it was orthogonalised are
 #: round-off.
@@ -105,11 +105,12 @@ class _Basis:
         """M times the last block."""
         return self.MV[:, self.last : self.size]
 
-    def append(self, W: Array, MW: Array) -> None:
-        """A further block, which has to be orthonormal."""
-        end = self.size + W.shape[1]
-        self.V[:, self.size : end], self.MV[:, self.size : end] = W, MW
-        self.last, self.size = self.size, end
+    def append(self, W: Array, MW: Array, found: Array) -> None:
+        """A further block, of combinations of columns and of M times these that are orthonormal."""
+        own = slice(self.size, self.size + found.shape[1])
+        for columns, of in ((self.V, W), (self.MV, MW)):
+            np.matmul(found.T, of.T, out=columns[:, own].T)
+        self.last, self.size = own.start, own.stop
 
     def keep(self, theta: Array, S: Array) -> None:
         """The Ritz vectors V S in place of all columns."""
@@ -293,13 +294,12 @@ class BlockLanczos:
         while most > 0:
             directions = rest.directions()
             found = directions.found[:, -most:]
-            W, MW = _times(rest.W, found), _times(rest.MW, found)
+            own = rest
             if directions.again:
-                own, _ = self._orthogonal(W)
+                own, _ = self._orthogonal(_times(rest.W, found))
                 found = own.directions().found
-                W, MW = _times(own.W, found), _times(own.MW, found)
-            self._basis.append(W, MW)
-            most -= W.shape[1]
+            self._basis.append(own.W, own.MW, found)
+            most -= found.shape[1]
             if not directions.left.shape[1]:
                 break
             rest, _ = self._orthogonal(_times(rest.W, directions.left))

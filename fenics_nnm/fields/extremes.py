@@ -32,7 +32,7 @@ from fenics_nnm.fields.screening import (
 from fenics_nnm.fields.shapes import MotionShapes, motion_shapes
 from fenics_nnm.fields.singular import singular_kinds
 from fenics_nnm.fields.strength import Strengths
-from fenics_nnm.fields.stress_basis import StressBasis, stress_basis
+from fenics_nnm.fields.stress_basis import StressBasis, stress_basis, used_shapes
 from fenics_nnm.fields.thinned import Thinned, thinned
 from fenics_nnm.mechanics.force_history import force_history
 from fenics_nnm.mechanics.motion import Motion
@@ -71,6 +71,10 @@ class _Part:
     screen: StressScreen
     nodes: Nodes
     static: Array  # (n, 6), stress of the state of rest
+
+    def bounds(self, motions: Sequence[Thinned]) -> list[Bounds]:
+        """Bounds at all nodes of each motion."""
+        return self.screen.bounds([motion.of(self.basis.used) for motion in motions])
 
     def mises(self, amounts: Array, few: Indices) -> Array:
         """Largest von Mises stress over time of some nodes."""
@@ -126,7 +130,7 @@ class ExtremesOf:
         """Largest von Mises stress of a motion in Pa, away from singular places."""
         thin, mises = self._thinned(_Placed(motion)), Largest(len(self.body.mesh.nodes))
         for part in self._for_many():
-            (bounds,) = part.screen.bounds([thin])
+            (bounds,) = part.bounds([thin])
             mises.add_regular(part.nodes, bounds.mises, partial(part.mises, thin.amounts))
         return mises.away.value
 
@@ -134,9 +138,9 @@ class ExtremesOf:
         """The parts of the body, kept for the next motion unless they are large."""
         shapes, nodes = self.branch.shapes, len(self.body.mesh.nodes)
         if _BYTES * nodes * (len(shapes) + len(self.branch.residual_shapes)) > _MOST:
-            return self._parts()
+            return self._parts(np.arange(self.shapes.count))
         if not self._asked:
-            self._asked.extend(self._parts())
+            self._asked.extend(self._parts(np.arange(self.shapes.count)))
         return self._asked
 
     def of_mode(self, mode: int, amplitude: float) -> Extremes:
@@ -208,18 +212,26 @@ class ExtremesOf:
         """Stresses of motions, part by part of the body."""
         total = len(self.body.mesh.nodes)
         found = [_Stresses(*(Largest(total) for _ in range(4))) for _ in motions]
-        for part in self._parts():
+        used = used_shapes(self.shapes, [self._rest, *(each.amounts for each in motions)])
+        for part in self._parts(used):
             own = iter(found)
             for few in _together(motions):
-                for each, bounds in zip(few, part.screen.bounds(few), strict=True):
+                for each, bounds in zip(few, part.bounds(few), strict=True):
                     self._add(next(own), each.amounts, bounds, part)
         return found
 
-    def _parts(self) -> Iterator[_Part]:
-        mesh, state = self.body.mesh, self.branch.header.model.at_rest()
-        rest = self.shapes.of(state.q, state.force)[None]
+    @property
+    def _rest(self) -> Array:
+        """Amounts of the state of rest, shape (1, shapes)."""
+        state = self.branch.header.model.at_rest()
+        return self.shapes.of(state.q, state.force)[None]
+
+    def _parts(self, used: Indices) -> Iterator[_Part]:
+        """The parts of the body, with the stresses of some shapes at least."""
+        mesh, rest = self.body.mesh, self._rest
         for number, part in enumerate(compact_parts(mesh.nodes, NODES_OF_PART)):
-            basis = self.bases.get(number, partial(stress_basis, self.body, self.shapes, part))
+            make = partial(stress_basis, self.body, self.shapes, part, used)
+            basis = self.bases.get(number, used, make)
             static = basis.stress(rest)[0]
             yield _Part(
                 basis,

@@ -127,8 +127,11 @@ def _motion_files(
 
 
 def _stress_tasks(files: MotionFiles, motions: Sequence[Motion]) -> list[Task]:
-    parts = range(len(files.table.parts)) if files.rows.count else ()
-    return [partial(files.keep_stresses, part, motions) for part in parts]
+    if not files.rows.count:
+        return []
+    used = files.used(motions)
+    parts = range(len(files.table.parts))
+    return [partial(files.keep_stresses, part, used, motions) for part in parts]
 
 
 def _file_tasks(files: MotionFiles, motions: Sequence[Motion]) -> list[Task]:

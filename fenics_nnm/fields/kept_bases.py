@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from fenics_nnm.arrays import Indices
 from fenics_nnm.fields.stress_basis import StressBasis
 
 #: Most bytes that are kept.
@@ -21,11 +24,10 @@ class KeptBases:
         """Begin anew, with another branch."""
         self._kept.clear()
 
-    def get(self, part: int, make: Callable[[], StressBasis]) -> StressBasis:
-        """The basis of a part, made if it is not kept."""
-        if part in self._kept:
-            return self._kept[part]
-        basis = make()
+    def get(self, part: int, used: Indices, make: Callable[[], StressBasis]) -> StressBasis:
+        """The basis of a part that knows some shapes, made if it is not kept."""
+        kept = self._kept.pop(part, None)
+        basis = kept if kept is not None and np.isin(used, kept.used).all() else make()
         size = sum(each.stresses.nbytes for each in self._kept.values())
         if size + basis.stresses.nbytes <= _MOST:
             self._kept[part] = basis

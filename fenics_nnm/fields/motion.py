@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from fenics_nnm.arrays import Array, in_space
+from fenics_nnm.arrays import Array, Indices, in_space
 from fenics_nnm.fields.body import FieldBody
 from fenics_nnm.fields.frame_files import VELOCITY, Frame, FrameFiles
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.fields.named import NamedMotion
 from fenics_nnm.fields.shapes import MotionShapes
-from fenics_nnm.fields.stress_basis import stress_basis
+from fenics_nnm.fields.stress_basis import stress_basis, used_shapes
 from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.fields.surface import ContactSurface
 from fenics_nnm.fields.table import PartTable
@@ -130,14 +131,19 @@ class MotionFiles:
             files.end(self.folder, name, self.rows.frames)
         self.table.path.unlink()
 
-    def keep_stresses(self, part: int, motions: Sequence[Motion]) -> None:
-        """Put the stresses of motions at the nodes of a part into the table.
+    def used(self, motions: Sequence[Motion]) -> Indices:
+        """Numbers of the shapes whose stresses make those of motions."""
+        every = [self.rows.amounts(self.shapes, motion.point) for motion in motions]
+        return used_shapes(self.shapes, chain.from_iterable(every))
+
+    def keep_stresses(self, part: int, used: Indices, motions: Sequence[Motion]) -> None:
+        """Put the stresses of motions, of some shapes, at the nodes of a part into the table.
 
         Raises:
             OSError: if they cannot be written.
         """
-        make = partial(stress_basis, self.body, self.shapes, self.table.parts[part])
-        basis = self.bases.get(part, make)
+        make = partial(stress_basis, self.body, self.shapes, self.table.parts[part], used)
+        basis = self.bases.get(part, used, make)
         for motion in motions:
             self.table.put(part, motion.first, self.rows.at(basis, motion.point))
 

@@ -63,8 +63,9 @@ class StressRecovery:
         cells: The cells that do, by the places of their nodes in `nodes`.
         slopes: Derivatives of the shape functions by x, y, z at the sampling points of these cells,
             shape (cells, s, dim, nodes a cell).
-        elasticity: Stress in Pa (VTK's order) per strain there, shape (cells, s, 6, strains), with
-            the strains xx; xx, yy, 2 xy; or xx, yy, zz, 2 xy, 2 yz, 2 xz.
+        elasticity: Stresses in Pa (VTK's order) per strain that there are, shape (rows, 6,
+            strains), with the strains xx; xx, yy, 2 xy; or xx, yy, zz, 2 xy, 2 yz, 2 xz.
+        row: Row of it at each of these points, shape (cells, s).
         smoothing: Stresses at the sampling points of these cells to those at the nodes wanted,
             sparse.
         used: Numbers of these cells in the mesh.
@@ -75,6 +76,7 @@ class StressRecovery:
     cells: Indices
     slopes: Array
     elasticity: Array
+    row: Indices
     smoothing: sparse.csr_array
     used: Indices
 
@@ -84,7 +86,7 @@ class StressRecovery:
         return np.asarray(self.smoothing @ own.reshape(-1, own.shape[-1]))
 
     def at_samples(self, displacements: Array) -> Array:
-        """Stress in Pa at the sampling points, shape (cells, s, 6, k), of k displacements in m.
+        """Stress in Pa at the sampling points, shape (cells, s, k, 6), of k displacements in m.
 
         Args:
             displacements: Displacements at `nodes`, shape (k, n, dim).
@@ -101,8 +103,11 @@ class StressRecovery:
         return gradient.reshape(cells, samples, dim, count, dim).transpose(0, 1, 3, 4, 2)
 
     def _stresses(self, gradients: Array) -> Array:
-        """Stresses of gradients, shape (cells, s, 6, k)."""
-        return np.asarray(self.elasticity @ strains_of(gradients).transpose(0, 1, 3, 2))
+        """Stresses of gradients, shape (cells, s, k, 6)."""
+        strains = strains_of(gradients)
+        if len(self.elasticity) == 1:
+            return np.tensordot(strains, self.elasticity[0], (-1, 1))
+        return np.asarray(strains @ self.elasticity[self.row].swapaxes(-1, -2))
 
     def at_nodes(self, displacement: Array) -> Array:
         """Stress in Pa at the nodes wanted of a displacement (n, dim) in m, shape (wanted, 6)."""
@@ -129,7 +134,7 @@ class StressRecovery:
         """Stresses at the nodes wanted of those at the sampling points, shape (k, wanted, 6)."""
         columns = sampled.reshape(len(self.slopes) * self.slopes.shape[1], -1)
         nodal = self.smoothing @ columns
-        return np.asarray(nodal.reshape(len(nodal), 6, -1).transpose(2, 0, 1))
+        return np.asarray(nodal.reshape(len(nodal), -1, 6).swapaxes(0, 1))
 
 
 def stress_recovery(
@@ -156,7 +161,7 @@ def stress_recovery(
     cells = numbered.reshape(places.shape[:2])
     slopes = _slopes(mesh.cell, places)
     return StressRecovery(
-        mesh, around, cells, slopes, elasticity[row[used]], smoothing[nodes], used
+        mesh, around, cells, slopes, elasticity, row[used], smoothing[nodes], used
     )
 
 

@@ -16,9 +16,6 @@ from fenics_nnm.mechanics.motion import force_rates_at
 from fenics_nnm.mechanics.pairs import Pairs
 from fenics_nnm.results.stored_branch import PlacedMotion, StoredBranch
 
-#: Nodes whose shapes are in memory at once.
-_NODES_AT_ONCE = 2**14
-
 
 @dataclass(frozen=True, slots=True)
 class MotionShapes:
@@ -37,14 +34,18 @@ class MotionShapes:
 
     def at(self, nodes: Indices | slice) -> Array:
         """Displacement of each shape at some nodes, shape (shapes, nodes, dim)."""
+        found = np.concatenate([part[:, nodes] for part in self._parts])
+        residual = slice(len(self.branch.shapes), self.of_pairs.start)
+        np.negative(found[residual], out=found[residual])
+        return found
+
+    @property
+    def _parts(self) -> list[Array]:
+        """Displacements of the shapes at all nodes, those of contact forces not yet negative."""
         branch = self.branch
         parts = [branch.shapes, branch.residual_shapes]
         parts += [branch.bent_shapes] if self._masters.size else []
-        parts += [branch.inertia[place] for place in self.inertia]
-        found = np.concatenate([part[:, nodes] for part in parts])
-        residual = slice(len(branch.shapes), len(branch.shapes) + len(branch.residual_shapes))
-        np.negative(found[residual], out=found[residual])
-        return found
+        return parts + [branch.inertia[place] for place in self.inertia]
 
     def amounts(self, point: PlacedMotion, phase: Array) -> Array:
         """Amounts of the shapes in a motion at phases omega t, shape (len(phase), shapes)."""
@@ -76,6 +77,11 @@ class MotionShapes:
         return found
 
     @property
+    def count(self) -> int:
+        """Number of shapes."""
+        return sum(map(len, self._parts))
+
+    @property
     def pairs(self) -> Pairs:
         """Pairs of masters that have a shape of second-order displacement."""
         return Pairs.of(len(self._masters))
@@ -101,11 +107,15 @@ class MotionShapes:
 
     def fields(self, amounts: Array) -> Array:
         """Sums of the shapes at all nodes, (k, n, dim), for amounts (k, shapes)."""
-        branch = self.branch
-        found = np.empty((len(amounts), len(branch.nodes), branch.shapes.shape[2]))
-        for start in range(0, len(branch.nodes), _NODES_AT_ONCE):
-            few = slice(start, start + _NODES_AT_ONCE)
-            found[:, few] = np.tensordot(amounts, self.at(few), 1)
+        found = np.zeros((len(amounts), *self.branch.shapes.shape[1:]))
+        signed = amounts.copy()
+        signed[:, len(self.branch.shapes) : self.of_pairs.start] *= -1
+        start = 0
+        for part in self._parts:
+            own = signed[:, start : start + len(part)]
+            if own.any():
+                found += np.tensordot(own, part, 1)
+            start += len(part)
         return found
 
     def _own(self, point: PlacedMotion, harmonics: Array) -> list[Array]:

@@ -10,6 +10,7 @@ which belong together: where a beam bends, both are large along it, and nothing 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,38 +25,68 @@ _AT_ONCE = 8
 
 @dataclass(frozen=True, slots=True)
 class StressBasis:
-    """Recovered stress of each shape of a branch: its change is linear in their amounts.
+    """Recovered stress of shapes of a branch: its change is linear in their amounts.
 
     A motion at many instants, or several motions, then cost a matrix product.
 
     Attributes:
         shapes: Shapes.
-        stresses: Stress of each in Pa at the nodes of the part, shape (shapes, 6, nodes).
+        used: Numbers of those whose stresses are known, ascending.
+        stresses: Stress of each in Pa at the nodes of the part, shape (used, 6, nodes).
         steady: Stress of steady loads there, shape (6, nodes); none, shape (6, 0), without them.
     """
 
     shapes: MotionShapes
+    used: Indices
     stresses: Array
     steady: Array
 
     def stress(self, amounts: Array, nodes: slice | Indices = slice(None)) -> Array:
-        """Stress in Pa of amounts (k, shapes) at nodes of the part, shape (k, nodes, 6)."""
-        changes = np.tensordot(amounts, self.stresses[..., nodes], 1)
+        """Stress in Pa of amounts (k, shapes) at nodes of the part, shape (k, nodes, 6).
+
+        Raises:
+            ValueError: if there is some of a shape whose stress is not known.
+        """
+        own = amounts[:, self.used]
+        if np.count_nonzero(own) != np.count_nonzero(amounts):
+            raise ValueError("amounts of shapes whose stresses are not known: must be zero")
+        changes = np.tensordot(own, self.stresses[..., nodes], 1)
         if self.steady.size:
             changes += self.steady[:, nodes]
         return np.moveaxis(changes, 1, 2)
 
 
-def stress_basis(body: FieldBody, shapes: MotionShapes, nodes: Indices) -> StressBasis:
-    """Recover the stresses of shapes at some nodes of the grid, in ascending order."""
+def used_shapes(shapes: MotionShapes, amounts: Iterable[Array]) -> Indices:
+    """Numbers of the shapes that some motions of amounts (k, shapes) are made of, ascending.
+
+    Of all contact points few touch, and the shapes of the others need no stresses. With
+    second-order displacement all shapes count.
+    """
+    if shapes.pairs.first.size:
+        return np.arange(shapes.count)
+    return np.flatnonzero(np.logical_or.reduce([each.any(axis=0) for each in amounts]))
+
+
+def stress_basis(
+    body: FieldBody, shapes: MotionShapes, nodes: Indices, used: Indices | None = None
+) -> StressBasis:
+    """Recover the stresses of shapes at some nodes of the grid, in ascending order.
+
+    Args:
+        body: Body.
+        shapes: Shapes.
+        nodes: Nodes.
+        used: Numbers of the shapes, as of `used_shapes`; all of them if not given.
+    """
     recovery = body.recovery(nodes)
     displacements = shapes.at(body.mesh.origin[recovery.nodes])
-    stresses = np.empty((len(displacements), 6, len(nodes)))
-    for start in range(0, len(displacements), _AT_ONCE):
+    known = np.arange(len(displacements)) if used is None else used
+    stresses = np.empty((len(known), 6, len(nodes)))
+    for start in range(0, len(known), _AT_ONCE):
         few = slice(start, start + _AT_ONCE)
-        stresses[few] = np.swapaxes(recovery.at_nodes_of_each(displacements[few]), 1, 2)
+        stresses[few] = np.swapaxes(recovery.at_nodes_of_each(displacements[known[few]]), 1, 2)
     if shapes.pairs.first.size:
         modes = (displacements[each] for each in shapes.masters_of_pairs)
         stresses[shapes.of_pairs] += np.swapaxes(recovery.at_nodes_of_pairs(*modes), 1, 2)
     steady = recovery.of_samples(body.steady).T if len(body.steady) else np.empty((6, 0))
-    return StressBasis(shapes, stresses, steady)
+    return StressBasis(shapes, known, stresses, steady)

@@ -8,11 +8,12 @@ from itertools import accumulate
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.field_names import FieldName
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.invariants import principal, von_mises
 from fenics_nnm.fields.peak import ABOVE_LINEAR, PEAKS, above_linear, linear_reversals, peaks
+from fenics_nnm.fields.shapes import MotionShapes
 from fenics_nnm.fields.stress_basis import StressBasis
 from fenics_nnm.results.stored_branch import PlacedMotion
 
@@ -79,13 +80,21 @@ class StressRows:
             for (name, count), start in zip(self.names.items(), starts, strict=False)
         }
 
+    def amounts(self, shapes: MotionShapes, point: PlacedMotion) -> tuple[Array, Array]:
+        """Amounts of shapes, each (k, shapes): at all instants, and in the linear mode beside."""
+        moved = shapes.amounts(point, 2 * np.pi * self._instants()[0])
+        return moved, linear_reversals(shapes, point) if self.beside_linear else moved[:0]
+
+    def _instants(self) -> tuple[Array, Indices]:
+        """Times at which stress is sought, and where those of the frames are there."""
+        if "peak_stress" in self.fields:
+            return self.frames.searched()
+        return self.frames.times, np.arange(self.frames.distinct)
+
     def at(self, basis: StressBasis, point: PlacedMotion) -> Array:
         """All rows of a motion at the nodes of a part, shape (rows, nodes)."""
-        times, of_frames = self.frames.searched()
-        if "peak_stress" not in self.fields:
-            times, of_frames = self.frames.times, np.arange(self.frames.distinct)
-        moved = basis.shapes.amounts(point, 2 * np.pi * times)
-        linear = linear_reversals(basis.shapes, point) if self.beside_linear else moved[:0]
+        times, of_frames = self._instants()
+        moved, linear = self.amounts(basis.shapes, point)
         found = np.empty((self.count, basis.stresses.shape[2]))
         for start in range(0, found.shape[1], _NODES_AT_ONCE):
             few = slice(start, start + _NODES_AT_ONCE)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_nnm.arrays import Array
+from fenics_nnm.arrays import Array, Indices
 
 #: Of so many instants one is looked at.
 _EVERY = 6
@@ -32,6 +32,10 @@ class Thinned:
     amounts: Array
     few: Array
     bent: Array
+
+    def of(self, shapes: Indices) -> Thinned:
+        """Those of some shapes alone."""
+        return Thinned(self.amounts[:, shapes], self.few[:, shapes], self.bent[shapes])
 
 
 def thinned(amounts: Array, phase: Array) -> Thinned:

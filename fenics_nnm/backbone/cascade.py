@@ -255,12 +255,24 @@ class Cascade:
             return Attempt(failure=f"the contact flexibility is singular to round-off ({error})")
         if solution.failure:
             return Attempt(failure=solution.failure)
-        contact = 1.0
-        if number > 0 and gamma_ratio > self.belonging.linear_until * (1 + 1e-9):
-            alone, tolerance = self.coarse(gamma_ratio), self.newton.tolerance
-            contact = _contact_share(level, solution, alone, tolerance)
-        reason = self.belonging.refusal(contact, level.share(solution.q, self.mode))
+        reason = refusal(self, number, gamma_ratio, solution)
         return Attempt(failure=reason, refused=solution) if reason else Attempt(solution)
+
+
+def refusal(cascade: Cascade, number: int, gamma_ratio: float, solution: Solution) -> str:
+    """Why a converged motion of a level is not on the branch of the followed mode, or nothing.
+
+    Args:
+        cascade: Levels.
+        number: Number of the level.
+        gamma_ratio: Energy of the motion.
+        solution: The motion.
+    """
+    level, contact = cascade.levels[number], 1.0
+    if number > 0 and gamma_ratio > cascade.belonging.linear_until * (1 + 1e-9):
+        alone, tolerance = cascade.coarse(gamma_ratio), cascade.newton.tolerance
+        contact = _contact_share(level, solution, alone, tolerance)
+    return cascade.belonging.refusal(contact, level.share(solution.q, cascade.mode))
 
 
 def _homogeneous(levels: Sequence[Level]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fenics_nnm.backbone.cascade import Cascade
 from fenics_nnm.backbone.grid import assert_ascending, grid
@@ -94,7 +94,7 @@ class EnergyContinuation:
         downwards = cascade.belonging.lifts_off
         stepping.run(self.targets(), progress.on_position, downwards=downwards)
         if not self.sought:
-            return stepping.ended(self.stop)
+            return replace(stepping.ended(self.stop), of_energies=True)
         missing = Seeker(stepping, progress.measures, self.step).find(self.sought)
         last = max(stepping.points, default=self.stop)
         return stepping.ended(max(last, self.stop)).without(missing)

@@ -10,8 +10,10 @@ from fenics_nnm.backbone.estimates import series_estimate, slope_estimate
 from fenics_nnm.backbone.frequency_continuation import FrequencyContinuation
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.order import REDUCED, FullOrder, Order, ReducedOrder
+from fenics_nnm.backbone.other_motions import OtherMotions
 from fenics_nnm.backbone.point_maker import PointMaker
-from fenics_nnm.backbone.verdict import doubted, judged
+from fenics_nnm.backbone.revision import revised
+from fenics_nnm.backbone.verdict import Judge, doubted
 from fenics_nnm.backbone.wanted import SILENT, Progress, Wanted
 from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.mechanics.model import ReducedModel
@@ -72,14 +74,15 @@ def follow(
         slope_estimate(finest),
     )
     found = wanted.follow(cascade, maker, progress)
-    verdicts = judged(
+    judge = Judge(
         obeyed,
         balance.series,
-        found,
-        flow=order.flow(obeyed),
-        mode=mode,
-        harmonic=wanted.harmonic,
-        shooting=shooting and order.has_flow,
+        order.flow(obeyed),
+        mode,
+        wanted.harmonic,
+        shooting and order.has_flow,
     )
+    motions = OtherMotions(cascade, maker)
+    verdicts = judge.judgement(revised(judge, motions, judge.judged(found), progress.on_point))
     points = doubted(verdicts.points, order.doubt)
     return Branch(points, found.failures, found.reason, verdicts.bifurcations, verdicts.jumps)

@@ -20,7 +20,7 @@ models that came back within 2 %, the worst was 1.2e-4 from the exact frequency.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from fenics_nnm.backbone.certificate import (
     certified,
     of_linear_mode,
 )
-from fenics_nnm.backbone.exact_joins import exact_joins
+from fenics_nnm.backbone.exact_joins import Joins, exact_joins
 from fenics_nnm.backbone.families import Families, families
 from fenics_nnm.backbone.family_jumps import Jump
 from fenics_nnm.backbone.periodicity import NOT_FOLLOWED, PERIODS, InTime, followed
@@ -106,6 +106,112 @@ class Judgement:
     jumps: tuple[Jump, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What integration in time, and shooting, say of a point."""
+
+    followed: InTime
+    certificate: Certificate
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """A branch with its verdicts, and what they rest on.
+
+    Attributes:
+        found: The branch, without verdicts.
+        evidence: What is known of each of its points.
+        points: Its points with their verdicts.
+        jumps: Neighbours whose frequencies do not follow from each other.
+    """
+
+    found: Followed
+    evidence: tuple[Evidence, ...]
+    points: tuple[BranchPoint, ...]
+    jumps: tuple[Jump, ...]
+
+
+@dataclass(slots=True)
+class Judge:
+    """Judges branches of a model.
+
+    Beyond grazing, points of a model whose contact points carry mass are "converged" at best: their
+    motion after an impact depends on an impact law that harmonic balance does not have.
+
+    Attributes:
+        model: Reduced model in SI units.
+        series: Series that the points are written in.
+        flow: What follows its motions in time; None where contact points carry mass.
+        mode: Index of the followed mode.
+        harmonic: Harmonic that it is written in.
+        shooting: Whether to shoot for the true motion near each point.
+    """
+
+    model: ReducedModel
+    series: Series
+    flow: Integrator | None
+    mode: int
+    harmonic: int
+    shooting: bool
+    _joins: Joins | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        reversible = not self.series.free_phase
+        self._joins = Joins(self.flow, reversible) if self.flow is not None else None
+
+    @property
+    def costs_little(self) -> bool:
+        """Whether motions can be followed in time at little cost."""
+        return self.flow is not None and self.flow.cheap
+
+    def judged(self, found: Followed) -> Judged:
+        """A branch with its verdicts."""
+        return self._with(found, tuple(self._evidence(found.points)))
+
+    def exchanged(self, known: Judged, i: int, point: BranchPoint) -> Judged:
+        """A branch of which one point is another motion, judged anew with what is known."""
+        before, after = slice(i), slice(i + 1, None)
+        points = (*known.found.points[before], point, *known.found.points[after])
+        own = self._evidence([point])
+        evidence = (*known.evidence[before], *own, *known.evidence[after])
+        return self._with(replace(known.found, points=points), evidence)
+
+    def judgement(self, known: Judged) -> Judgement:
+        """What is said of a branch, with its bifurcations."""
+        if self.flow is None or not self.shooting:
+            return Judgement(known.points, Bifurcations(), known.jumps)
+        witnesses = [each.certificate.witness for each in known.evidence]
+        along = bifurcations(self.flow, witnesses, reversible=not self.series.free_phase)
+        return Judgement(known.points, along, known.jumps)
+
+    def _evidence(self, points: Sequence[BranchPoint]) -> list[Evidence]:
+        return _evidence_of(self.flow, self.series, points, shooting=self.shooting)
+
+    def _with(self, found: Followed, evidence: tuple[Evidence, ...]) -> Judged:
+        of = _families(self._joins, self.series, found, evidence)
+        others = np.delete(self.model.at_rest().omega, self.mode)
+        behind = [
+            late or (course != MAIN_BRANCH and point.rise < STILL)
+            for point, course, late in zip(found.points, of.by_course, of.behind, strict=True)
+        ]
+        verdicts = tuple(
+            _judged(
+                point,
+                _place(self._resonance(point, course), point, family, behind=late),
+                each,
+                others,
+                massless=self.model.massless,
+            )
+            for point, family, course, late, each in zip(
+                found.points, of.numbers, of.by_course, behind, evidence, strict=True
+            )
+        )
+        return Judged(found, evidence, verdicts, of.jumps)
+
+    def _resonance(self, point: BranchPoint, family: int) -> str:
+        return internal_resonance(self.model, self.series, point, family, self.mode, self.harmonic)
+
+
 def judged(
     model: ReducedModel,
     series: Series,
@@ -118,9 +224,6 @@ def judged(
 ) -> Judgement:
     """The points with return errors, shot motions, internal resonances, families and statuses.
 
-    Beyond grazing, points of a model whose contact points carry mass are "converged" at best: their
-    motion after an impact depends on an impact law that harmonic balance does not have.
-
     Args:
         model: Reduced model in SI units.
         series: Series that the points are written in.
@@ -130,30 +233,8 @@ def judged(
         harmonic: Harmonic that it is written in.
         shooting: Whether to shoot for the true motion near each point.
     """
-    points = found.points
-    evidence = _evidence_of(flow, series, points, shooting=shooting)
-    of = _families(flow, series, found, evidence)
-    others = np.delete(model.at_rest().omega, mode)
-    places = [
-        _place(
-            internal_resonance(model, series, point, course, mode, harmonic),
-            point,
-            family,
-            behind=late or (course != MAIN_BRANCH and point.rise < STILL),
-        )
-        for point, family, course, late in zip(
-            points, of.numbers, of.by_course, of.behind, strict=True
-        )
-    ]
-    verdicts = [
-        _judged(point, place, each, others, massless=model.massless)
-        for point, place, each in zip(points, places, evidence, strict=True)
-    ]
-    if flow is None or not shooting:
-        return Judgement(tuple(verdicts), Bifurcations(), of.jumps)
-    witnesses = [each.certificate.witness for each in evidence]
-    along = bifurcations(flow, witnesses, reversible=not series.free_phase)
-    return Judgement(tuple(verdicts), along, of.jumps)
+    judge = Judge(model, series, flow, mode, harmonic, shooting)
+    return judge.judgement(judge.judged(found))
 
 
 def doubted(points: tuple[BranchPoint, ...], doubt: str) -> tuple[BranchPoint, ...]:
@@ -183,16 +264,16 @@ class _Place:
 
 
 def _families(
-    flow: Integrator | None, series: Series, found: Followed, evidence: Sequence[_Evidence]
+    joins: Joins | None, series: Series, found: Followed, evidence: Sequence[Evidence]
 ) -> Families:
     """Families by the course of the frequency, and by exact motions where that parts neighbours."""
     points = found.points
     of = families(points, series, connected=found.connected)
-    if flow is None:
+    if joins is None:
         return of
     witnesses = [each.certificate.witness for each in evidence]
     joined: frozenset[int] = frozenset()
-    while more := exact_joins(flow, points, witnesses, of, reversible=not series.free_phase):
+    while more := exact_joins(joins, points, witnesses, of):
         joined |= more
         of = families(points, series, connected=found.connected, joined=joined)
     return of
@@ -226,27 +307,19 @@ def internal_resonance(
     return found.named(largest_share(series, by_mode, mode, harmonic))
 
 
-@dataclass(frozen=True, slots=True)
-class _Evidence:
-    """What integration in time, and shooting, say of a point."""
-
-    followed: InTime
-    certificate: Certificate
-
-
 def _evidence_of(
     flow: Integrator | None, series: Series, points: Sequence[BranchPoint], *, shooting: bool
-) -> list[_Evidence]:
+) -> list[Evidence]:
     """What integration in time, and shooting, say of points."""
     if flow is None:
-        return [_Evidence(NOT_FOLLOWED, NO_CERTIFICATE) for _ in points]
+        return [Evidence(NOT_FOLLOWED, NO_CERTIFICATE) for _ in points]
     rough = flow.rough
     return [_evidence(flow, rough, series, point, shooting=shooting) for point in points]
 
 
 def _evidence(
     flow: Integrator, rough: Integrator, series: Series, point: BranchPoint, *, shooting: bool
-) -> _Evidence:
+) -> Evidence:
     """What they say of a point; ten periods where nothing else tells, or they cost little.
 
     Shooting begins with the period that was followed, so that this is an exact one.
@@ -259,11 +332,11 @@ def _evidence(
         certificate = certified(flow, series, point, found.returned)
     if once and certificate.orbit is None:
         found = followed(rough, series, point.motion)
-    return _Evidence(found, certificate)
+    return Evidence(found, certificate)
 
 
 def _judged(
-    point: BranchPoint, place: _Place, evidence: _Evidence, others: Array, *, massless: bool
+    point: BranchPoint, place: _Place, evidence: Evidence, others: Array, *, massless: bool
 ) -> BranchPoint:
     """A point with its verdict.
 
@@ -277,7 +350,7 @@ def _judged(
     return replace(known, verdict=_verdict(known, place, evidence, massless=massless))
 
 
-def _verdict(point: BranchPoint, place: _Place, evidence: _Evidence, *, massless: bool) -> Verdict:
+def _verdict(point: BranchPoint, place: _Place, evidence: Evidence, *, massless: bool) -> Verdict:
     """The status of a point, and the reason for any but the best."""
     doubt = "" if point.is_linear else _doubt(point, evidence) if massless else WITH_MASS
     failure = _failure(point, evidence.followed)
@@ -337,7 +410,7 @@ def contradicted(point: BranchPoint) -> bool:
     return bool(found) or not _too_far_off(point, confirmed=False)
 
 
-def _doubt(point: BranchPoint, evidence: _Evidence) -> str:
+def _doubt(point: BranchPoint, evidence: Evidence) -> str:
     """Why integration in time does not confirm the point, or nothing."""
     reduction = point.expected.reduction
     if reduction and abs(reduction.frequency) > VERIFIED_CHANGE:

@@ -32,12 +32,15 @@ class Followed:
         failures: Wanted positions without a point, each with the reason.
         reason: Why the branch ended.
         connected: Whether each point was followed continuously from the one before it.
+        of_energies: Whether the place of a point is its energy alone, so that another motion of
+            that energy may take it.
     """
 
     points: tuple[BranchPoint, ...]
     failures: Failures
     reason: str
     connected: bool = False
+    of_energies: bool = False
 
     def without(self, failures: Failures) -> Followed:
         """The same with further wanted motions that have no point."""

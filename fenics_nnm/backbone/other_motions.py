@@ -23,7 +23,7 @@ from fenics_nnm.backbone.level_solver import Guess
 from fenics_nnm.backbone.levels import Level
 from fenics_nnm.backbone.point import FAILED, VERIFIED, BranchPoint
 from fenics_nnm.backbone.point_maker import PointMaker
-from fenics_nnm.continuation.heading import Rising
+from fenics_nnm.continuation.heading import Uphill
 from fenics_nnm.continuation.trace import NoRules, trace
 from fenics_nnm.continuation.trace_options import ArcLength, Bound, Range
 from fenics_nnm.errors import ModelError
@@ -105,7 +105,7 @@ class OtherMotions:
             path = trace(
                 finest.problem(newton),
                 start,
-                Rising(GAMMA, falls=ratio < neighbour.gamma_ratio),
+                Uphill(GAMMA, falls=ratio < neighbour.gamma_ratio),
                 options=ArcLength(step=0.05, largest_step=0.2, points=_STEPS, newton=newton),
                 bounds=(Bound(GAMMA, Range(*ends)),),
                 events=(),

@@ -25,6 +25,8 @@ def revised(
 ) -> Judged:
     """A branch whose points are other motions of their energies where these are better.
 
+    A stretch of points that are alike is looked at from its ends, inwards where that leads on.
+
     Args:
         judge: Judges the branch.
         motions: Finds other motions.
@@ -33,16 +35,25 @@ def revised(
     """
     if not (known.found.of_energies and judge.costs_little and motions.able):
         return known
+    doubted = [i for i, point in enumerate(known.points) if point.status in (FAILED, RESONANT)]
+    ahead = [i for i in doubted if not _enclosed(known.points, i)]
     fruitless = 0
-    for i in range(len(known.points)):
-        if fruitless == _FRUITLESS or known.points[i].status not in (FAILED, RESONANT):
-            continue
+    while ahead and fruitless < _FRUITLESS:
+        i = ahead.pop(0)
+        doubted.remove(i)
         better = _better(judge, motions, known, i)
-        fruitless = fruitless + 1 if better is known else 0
+        fruitless += 1
         if better is not known:
-            on_point(better.found.points[i])
-            known = better
+            known, fruitless = better, 0
+            on_point(known.found.points[i])
+            ahead += [k for k in (i - 1, i + 1) if k in doubted and k not in ahead]
     return known
+
+
+def _enclosed(points: Sequence[BranchPoint], i: int) -> bool:
+    """Whether a point lies between two that are like it."""
+    like = [(each.status, each.family, each.resonance) for each in points[max(i - 1, 0) : i + 2]]
+    return len(like) == 3 and len(set(like)) == 1
 
 
 def _better(judge: Judge, motions: OtherMotions, known: Judged, i: int) -> Judged:

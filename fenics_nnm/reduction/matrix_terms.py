@@ -18,6 +18,9 @@ import numpy as np
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.errors import ModelError
 
+#: Forces may lack a potential by this much of their largest entry, from round-off.
+_NO_POTENTIAL = 1e-6
+
 
 @dataclass(frozen=True, slots=True)
 class Entries:
@@ -69,6 +72,43 @@ class Entries:
                 f"{column + 1}: must be a whole number from 1 to {shape[column]}"
             )
         return cls(place.astype(np.int64) - 1, table[:, -1])
+
+    def assert_potential(self, name: str, size: int) -> None:
+        """Refuse forces without potential, whose energy is not kept.
+
+        With the potential c u_a u_b .. of a product of displacements, the force on the unknown a is
+        c times the number of times that a stands in it, times the product without one u_a.
+
+        Args:
+            name: Name of the array.
+            size: Number of unknowns n.
+
+        Raises:
+            ModelError: if forces on several unknowns belong to no potential.
+        """
+        products, which = self._products(size)
+        forces = np.zeros(products.shape)
+        for column in range(products.shape[1]):
+            own = products[which, column] == self.place[:, 0]
+            np.add.at(forces[:, column], which[own], self.value[own])
+        times = (products[:, :, None] == products[:, None, :]).sum(axis=2)
+        spread = np.ptp(forces / times, axis=1)
+        if np.any(spread > _NO_POTENTIAL * np.abs(forces).max(initial=0.0)):
+            unknowns = (products[spread.argmax()] + 1).tolist()
+            raise ModelError(
+                f"{name}: has no potential: its entries with the places {unknowns}, in any order, "
+                "must be forces of one potential, as in K_ijk = K_jik = K_kji"
+            )
+
+    def _products(self, size: int) -> tuple[Indices, Indices]:
+        """Products of displacements of the potential, (p, dimensions), and that of each entry."""
+        ordered = np.sort(self.place, axis=1)
+        which = np.zeros(len(ordered), dtype=np.int64)
+        for column in ordered.T:
+            _, first, which = np.unique(
+                which * size + column, return_index=True, return_inverse=True
+            )
+        return ordered[first], which
 
 
 @dataclass(frozen=True, slots=True)

@@ -154,6 +154,8 @@ class MatrixStructure:
             else Entries.none(len(shape))
             for key, shape in shapes.items()
         ]
+        for key, entries in zip(shapes, found[:2], strict=False):
+            entries.assert_potential(key.replace("_", " "), n)
         return MatrixTerms(n, points, *found)
 
     def _bent(self, matrices: Matrices) -> Bent:

@@ -220,6 +220,44 @@ def test_a_force_without_potential_is_refused() -> None:
         twisted.reduction(3, np.array([0, 1]))
 
 
+@pytest.mark.parametrize(
+    ("entries", "words"),
+    [
+        ([[1, 1, 1, 5.0], [1, 2, 1, 2e6], [2, 1, 1, 1e6]], ""),  # of u1^2 u2
+        ([[1, 1, 2, 1e6], [1, 2, 1, 1e6], [2, 1, 1, 1e6]], ""),
+        ([[1, 2, 1, 1e6]], "places [1, 1, 2]"),  # nothing on unknown 2
+        ([[2, 1, 1, 1e6]], "places [1, 1, 2]"),
+        ([[1, 2, 3, 2.0], [2, 1, 3, 2.0], [3, 1, 2, 1.9]], "places [1, 2, 3]"),
+        ([[1, 1, 1, 1, 2.0], [1, 1, 1, 2, 3.0], [2, 1, 1, 1, 1.0]], ""),  # of u1^3 u2
+        ([[1, 1, 1, 1, 2.0], [1, 1, 1, 2, 1.0], [2, 1, 1, 1, 1.0]], "places [1, 1, 1, 2]"),
+    ],
+)
+def test_entries_must_be_forces_of_one_potential(entries: list[list[float]], words: str) -> None:
+    """A lone master sees one number of its own force, which cannot tell that energy is not kept."""
+    shape = (3,) * (len(entries[0]) - 1)
+    found = Entries.of("quadratic stiffness", np.array(entries), shape)
+    if not words:
+        found.assert_potential("quadratic stiffness", 3)
+        return
+    with pytest.raises(ModelError, match="has no potential") as error:
+        found.assert_potential("quadratic stiffness", 3)
+    assert words in str(error.value)
+
+
+def test_study_with_forces_of_no_potential_is_refused(tmp_path: Path) -> None:
+    arrays = {"K": np.diag([1.0, 2.0]), "M": np.eye(2), "B": np.eye(2)[:1]}
+    np.savez(tmp_path / "m.npz", **arrays, K3=[[2, 1, 1, 1, 1.0]])
+    values = {
+        "matrices": {"file": "m.npz", "cubic_stiffness": "K3"},
+        "contact": {"gap": 1.0},
+        "reduction": {"modes": 1},
+        "mode": {"number": 1, "harmonics": 3, "samples": 32},
+    }
+    study = study_from(values, tmp_path / "study.toml")
+    with pytest.raises(ModelError, match="cubic stiffness: has no potential"):
+        linear_analysis(study, MPI.COMM_SELF)
+
+
 def test_branch_file_keeps_second_order_kinematics(tmp_path: Path) -> None:
     model = BentBody.random(6, 2, seed=3).reduction(4, np.array([0, 2])).model
     header = branch_file.BranchHeader("", {}, 1, 4, 32, 4, "time-reversible", model)

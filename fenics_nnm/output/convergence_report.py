@@ -7,10 +7,10 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from fenics_nnm.errors import OutputError
+from fenics_nnm.output.pictures.written import WrittenFigure
 from fenics_nnm.resolution.accuracy import SOURCES
 from fenics_nnm.resolution.convergence import Convergence, Row
 
@@ -67,7 +67,7 @@ def _printed(row: Row) -> list[object]:
 
 
 def _plot(path: Path, found: Convergence, title: str) -> None:
-    figure = Figure(figsize=(11, 4.4), layout="constrained")
+    figure = WrittenFigure(figsize=(11, 4.4), layout="constrained")
     FigureCanvasAgg(figure)
     shown = [source for source in SOURCES if found.of(source)]
     panels = figure.subplots(1, max(len(shown), 1), squeeze=False)[0]

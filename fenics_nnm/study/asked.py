@@ -29,10 +29,14 @@ def with_units_apart(values: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(reported, list | tuple):
         texts = [each for each in reported if isinstance(each, str)]
         found["report_at"] = tuple(each for each in reported if not isinstance(each, str))
+        for text in texts:
+            _assert_amount("report_at", text)
         if texts:
             found[REPORTED] = (*found.get(REPORTED, ()), *texts)
     energies = found.get("energies")
     if isinstance(energies, list | tuple):
+        if not energies:
+            raise ValueError('energies = []: must have an energy at least, as in ["1.2 J"]')
         found[ENERGIES] = tuple(_joules(each, energies) for each in energies)
         del found["energies"]
     if isinstance(energies, Mapping) and any(isinstance(v, str) for v in energies.values()):
@@ -53,6 +57,13 @@ def sought_amount(text: str) -> Sought:
     return Sought(QUANTITIES[unit], value)
 
 
+def _assert_amount(key: str, text: str) -> None:
+    try:
+        sought_amount(text)
+    except ValueError as error:
+        raise ValueError(f"{key} = {text!r}: {error}") from error
+
+
 def _joules(each: Any, given: Any) -> float:
     """An energy of a list or a range, in J."""
     right = f'must be energies in J, as in ["1.2 J"], with units {known_units("J")}'
@@ -61,9 +72,9 @@ def _joules(each: Any, given: Any) -> float:
     try:
         value, _ = amount(each, "J")
     except ValueError as error:
-        raise ValueError(f"energies: {each!r} {error}") from error
+        raise ValueError(f"energies = {each!r}: {error}") from error
     if not 0 < value < float("inf"):
-        raise ValueError(f"energies: {each!r} must be positive")
+        raise ValueError(f"energies = {each!r}: must be positive")
     return value
 
 

@@ -6,10 +6,19 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.study.record import Count, Finite, FromList, Names, Place, Positive, Record
+from fenics_nnm.study.record import (
+    Count,
+    Finite,
+    FromList,
+    Names,
+    NotNegative,
+    Place,
+    Positive,
+    Record,
+)
 
 Stiffnesses = Annotated[
-    tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...],
+    tuple[NotNegative, ...],
     Field(min_length=1, max_length=3),
     FromList,
 ]

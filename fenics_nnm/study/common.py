@@ -17,7 +17,7 @@ from fenics_nnm.study.driven import (
     ResponseSection,
 )
 from fenics_nnm.study.output import OutputSection
-from fenics_nnm.study.record import Record
+from fenics_nnm.study.record import Record, Title
 from fenics_nnm.study.reduction import (
     AnyReduction,
     Law,
@@ -36,7 +36,7 @@ DEFAULT_TOLERANCE = 1e-3
 class AnyStudy(Record):
     """What every study has."""
 
-    title: str = ""
+    title: Title = Field("", description="a line of text for pictures and reports")
     length_unit: LengthUnit = Field(
         "m", description="unit of lengths without one; in [mesh] its own length_unit, if given"
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticCustomError
 
 from fenics_nnm.backbone.arc_continuation import ArcContinuation
 from fenics_nnm.backbone.arc_start import Begin
@@ -14,6 +15,7 @@ from fenics_nnm.backbone.energy_continuation import EnergyContinuation
 from fenics_nnm.backbone.frequency_continuation import FrequencyContinuation
 from fenics_nnm.backbone.quantities import Sought
 from fenics_nnm.continuation.trace_options import ArcLength, Predictor
+from fenics_nnm.geometry.lengths import WRONG_LENGTH
 from fenics_nnm.study.asked import sought_amount, with_units_apart
 from fenics_nnm.study.record import Count, FromList, Length, Positive, Record, Stress
 from fenics_nnm.study.tagged import tag_text, value_of
@@ -37,7 +39,10 @@ _UP_TO_CONTACT = 1.0
 
 def _an_amount(text: str) -> str:
     """A text that is an amount."""
-    sought_amount(text)
+    try:
+        sought_amount(text)
+    except ValueError as error:
+        raise PydanticCustomError(WRONG_LENGTH, "{reason}", {"reason": str(error)}) from error
     return text
 
 

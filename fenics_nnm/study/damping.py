@@ -11,9 +11,17 @@ from pydantic import Field, model_validator
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import StudyError
 from fenics_nnm.mechanics.damping import modal_rate, rayleigh_rate
-from fenics_nnm.study.record import Count, FromList, Name, Names, Place, Positive, Record
+from fenics_nnm.study.record import (
+    Count,
+    FromList,
+    Name,
+    Names,
+    NotNegative,
+    Place,
+    Positive,
+    Record,
+)
 
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Ratios = Annotated[tuple[Positive, ...], Field(min_length=1), FromList]
 Dampers = Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=3), FromList]
 

@@ -17,8 +17,8 @@ LARGEST, SMALLEST, MOST = 1e30, 1e-30, 1_000_000
 
 
 def _not_tiny(value: float) -> float:
-    """A positive number whose square can be computed with."""
-    if value < SMALLEST:
+    """A number that is 0, or whose square can be computed with."""
+    if 0 < value < SMALLEST:
         raise PydanticCustomError("too_small", f"must be {SMALLEST:g} or more")
     return value
 
@@ -29,6 +29,9 @@ def _no_word(value: Any) -> Any:
 
 
 Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False), AfterValidator(_not_tiny)]
+NotNegative = Annotated[
+    float, Field(ge=0, le=LARGEST, allow_inf_nan=False), AfterValidator(_not_tiny)
+]
 OneOrTwo = Annotated[Literal[1, 2], BeforeValidator(_no_word)]
 Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 Count = Annotated[int, Field(gt=0, le=MOST)]
@@ -56,6 +59,19 @@ Stress = Annotated[Positive, InPascal]
 Name = Annotated[str, Field(min_length=1)]
 
 
+#: Letters of a text that fits into a picture.
+_LETTERS = 200
+
+
+def _drawn(text: str) -> str:
+    """A text of one line that can be drawn."""
+    if not text.isprintable():
+        raise PydanticCustomError(WRONG_LENGTH, "must be one line of text")
+    if len(text) > _LETTERS:
+        raise PydanticCustomError(WRONG_LENGTH, f"must be {_LETTERS} letters at most")
+    return text
+
+
 def _one_line(text: str) -> str:
     """A text of one line that can be read."""
     if not text.strip() or not text.isprintable():
@@ -63,8 +79,11 @@ def _one_line(text: str) -> str:
     return text
 
 
+#: A line of text that is drawn into pictures, which may be empty.
+Title = Annotated[str, AfterValidator(_drawn)]
+
 #: A name that is shown in tables and pictures.
-Label = Annotated[str, AfterValidator(_one_line)]
+Label = Annotated[str, AfterValidator(_one_line), AfterValidator(_drawn)]
 
 Names = Annotated[tuple[str, ...], Field(min_length=1), FromList]
 

@@ -6,9 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from fenics_nnm.study.record import LARGEST, FromList, Names, Place, Positive, Record
-
-NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
+from fenics_nnm.study.record import FromList, Names, NotNegative, Place, Positive, Record
 
 Moments = Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=3), FromList]
 

@@ -180,9 +180,19 @@ VALUES = [
     ({"continuation": {"report_at": [0.1]}}, "continuation.report_at = 0.1", "energies.from"),
     ({"continuation": {"report_at": 1.0}}, "continuation.report_at = 1.0", "must be a list"),
     ({"continuation": {"report_at": [1.0, 1.0]}}, "report_at = [1.0, 1.0]", "must differ"),
+    ({"continuation": {"report_at": ["2 kg"]}}, "continuation.report_at = '2 kg': the unit", "Hz"),
+    ({"continuation": {"report_at": ["0 mm"]}}, "report_at = '0 mm': must be positive", ""),
+    ({"continuation": {"report_values": ["2 kg"]}}, "report_values = ['2 kg']: the unit", "kPa"),
+    ({"continuation": {"energies": ["2 Hz"]}}, "energies = '2 Hz': the unit", "J, mJ, uJ or kJ"),
+    ({"continuation": {"energies": []}}, "continuation.energies = []", "an energy at least"),
+    ({"damping": {"alpha": 1e-300}}, "damping.alpha = 1e-300", "must be 1e-30 or more"),
+    ({"damping": {"beta": 1e300}}, "damping.beta = 1e+300", "less than or equal to 1e+30"),
+    ({"dashpot": [{"at": [1.0], "damping": [1e-300]}]}, "dashpot[1].damping", "1e-30 or more"),
     ({"output": {"frames": 3}}, "output.frames = 3", "at least 24"),
     ({"output": {"folder": 3}}, "output.folder = 3", "name in quotes"),
     ({"title": 3}, "title = 3", "string"),
+    ({"title": "a\u202eb"}, "title = ", "must be one line"),
+    ({"title": "x" * 201}, "title = ", "200 letters at most"),
 ]
 
 

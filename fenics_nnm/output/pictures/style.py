@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.output.pictures.written import WrittenFigure
 
 #: Colours that can be told apart with any colour vision (Okabe and Ito, 2008).
 BLUE, ORANGE, GREEN, RED = "#0072b2", "#e69f00", "#009e73", "#d55e00"
@@ -90,7 +91,7 @@ class Plot:
 
 def new_figure(height: float = 3.3, width: float = WIDTH) -> Figure:
     """An empty figure whose parts find room for themselves; sizes in inches."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = WrittenFigure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
@@ -104,8 +105,8 @@ def new_axes(figure: Figure, abscissa: str, ordinate: str) -> Axes:
 
 def label(axes: Axes, abscissa: str, ordinate: str) -> None:
     """Labels, letters and grid of axes."""
-    axes.set_xlabel(abscissa, fontsize=9)
-    axes.set_ylabel(ordinate, fontsize=9)
+    axes.set_xlabel(abscissa, fontsize=9, parse_math=False)
+    axes.set_ylabel(ordinate, fontsize=9, parse_math=False)
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.3, lw=0.6)
     for axis in (axes.xaxis, axes.yaxis):

@@ -43,7 +43,8 @@ COLUMNS = (
 def write_response(folder: Path, monitors: Sequence[str], found: Response, *, title: str) -> None:
     """Write the motions of a driven structure, and their picture, to a folder.
 
-    A resonance.csv of before goes where there is no damped backbone.
+    A resonance.csv of before goes where there is no damped backbone, and a picture where no motion
+    was found.
 
     Raises:
         OutputError: if they cannot be written.
@@ -58,10 +59,17 @@ def write_response(folder: Path, monitors: Sequence[str], found: Response, *, ti
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(folder / "response.csv", text.getvalue().encode())
         _write_backbone(folder / "resonance.csv", found.backbone)
-        with replacing(folder / "response.png") as part:
-            response_plot(monitors, found, title).savefig(part, format="png", dpi=DPI)
+        _draw(folder / "response.png", monitors, found, title)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+
+
+def _draw(file: Path, monitors: Sequence[str], found: Response, title: str) -> None:
+    if not found.points:
+        file.unlink(missing_ok=True)
+        return
+    with replacing(file) as part:
+        response_plot(monitors, found, title).savefig(part, format="png", dpi=DPI)
 
 
 def _write_backbone(file: Path, backbone: DampedBackbone) -> None:

@@ -12,6 +12,9 @@ import pytest
 from conftest import Ended
 from web_page import Element, read_page
 
+from fenics_nnm.output.response_report import COLUMNS, write_response
+from fenics_nnm.response.levels import CurveEnd, Response
+
 StudyFile = Callable[..., Path]
 Command = Callable[..., Ended]
 
@@ -83,3 +86,11 @@ def test_plot_draws_all_levels_and_each(results: Path, command: Command) -> None
         "response_level1.svg",
     ]
     assert all((results / "pictures" / each["file"]).exists() for each in listed)
+
+
+def test_response_without_a_motion_has_an_empty_table_and_no_picture(tmp_path: Path) -> None:
+    (tmp_path / "response.png").write_bytes(b"of before")
+    none = Response((), reasons=(CurveEnd("no first motion"),))
+    write_response(tmp_path, ("excitation",), none, title="")
+    assert (tmp_path / "response.csv").read_text() == ",".join(COLUMNS) + "\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["response.csv"]

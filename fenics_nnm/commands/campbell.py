@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from fenics_nnm.stages import Stages
     from fenics_nnm.structure.campbell import AtSpeed
 
-#: Most speeds of a diagram, the largest one in rad/s, and digits of an engine order.
-_MOST, _FASTEST, _DIGITS = 10_000, 1e9, 6
+#: Most speeds of a diagram, and digits of an engine order.
+_MOST, _DIGITS = 10_000, 6
 
 
 def add_to(commands: Commands) -> None:
@@ -172,13 +172,15 @@ def speeds_from(text: str, *, turns: bool = False) -> list[float]:
     """
     import numpy as np
 
+    from fenics_nnm.structure.campbell import FASTEST
+
     try:
         start, stop, step = (float(part) for part in text.split(":"))
     except ValueError as error:
         raise StudyError(f"--speeds {text}: must be FROM:TO:STEP, three numbers") from error
-    if not (0 <= start < stop <= _FASTEST and 0 < step < math.inf):
+    if not (0 <= start < stop <= FASTEST and 0 < step < math.inf):
         raise StudyError(
-            f"--speeds {text}: must rise from 0 or more to {_FASTEST:g} at most, by a positive step"
+            f"--speeds {text}: must rise from 0 or more to {FASTEST:g} at most, by a positive step"
         )
     if (stop - start) / step > _MOST - 1:
         raise StudyError(f"--speeds {text}: are too many speeds: must be {_MOST} at most")
@@ -195,7 +197,7 @@ def orders_of(text: str) -> list[int]:
     """
     parts = [part.strip() for part in text.split(",") if part.strip()]
     right = all(part.isdecimal() and len(part) <= _DIGITS and int(part) for part in parts)
-    if not right or len(set(parts)) < len(parts):
+    if not right or len({int(part) for part in parts}) < len(parts):
         raise StudyError(
             f"--orders {text}: must be different positive integers of {_DIGITS} digits at most, as "
             "in 1,2,4"

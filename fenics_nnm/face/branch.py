@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.face.arguments import number
 from fenics_nnm.face.loaded import Loaded, loaded
 from fenics_nnm.face.point import Point
 from fenics_nnm.face.saving import save
@@ -18,6 +20,9 @@ from fenics_nnm.results.tables import COLUMNS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+_ONE_VALUE = "nearest: must be given one value, as in nearest(energy_J=1.2)"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -52,8 +57,8 @@ class Branch:
     def __len__(self) -> int:
         return len(self._loaded.results.points)
 
-    def __getitem__(self, number: int) -> Point:
-        return Point(self._loaded, self._loaded.results.points[number])
+    def __getitem__(self, place: int) -> Point:
+        return Point(self._loaded, self._loaded.results.points[index(place)])
 
     def __iter__(self) -> Iterator[Point]:
         return (Point(self._loaded, each) for each in self._loaded.results.points)
@@ -85,9 +90,13 @@ class Branch:
         Raises:
             ValueError: if it is not one column with numbers, or the value is no number.
         """
-        if len(given) != 1 or not np.isfinite([*given.values()]).all():
-            raise ValueError("nearest: must be given one value, as in nearest(energy_J=1.2)")
-        ((name, value),) = given.items()
+        if len(given) != 1:
+            raise ValueError(_ONE_VALUE)
+        ((name, wanted),) = given.items()
+        try:
+            value = number(name, wanted)
+        except ValueError as error:
+            raise ValueError(f"{_ONE_VALUE}: {error}") from error
         column = _column(self._loaded, name) if name in COLUMNS else np.empty(0)
         if column.dtype.kind not in "fi" or not np.isfinite(column).any():
             raise ValueError(f"nearest: {name} is no column of the table that has numbers")

@@ -10,6 +10,7 @@ import numpy as np
 from fenics_nnm.arrays import Array, in_space
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.errors import OutputError
+from fenics_nnm.face.arguments import whole
 from fenics_nnm.face.loaded import Loaded
 from fenics_nnm.results.stored_branch import StoredBranch
 from fenics_nnm.results.stored_unknowns import stored_shapes
@@ -84,6 +85,8 @@ def motion_history(
         ValueError: if a place is none, or there is not one instant at least.
     """
     body, phase = loaded.body("motion"), phases(instants)
+    if at is not None and not len(at):
+        raise ValueError("at = []: must be a place at least, as in [(0, 0, 0.1)]")
     nodes = np.array([loaded.results.tip] if at is None else [node_at(body, each) for each in at])
     shape = (len(phase), len(nodes), -1)
     moved, moving = (way(point, phase, nodes) for way in (body.displacement, body.velocity))
@@ -132,9 +135,8 @@ def phases(instants: int) -> Array:
     Raises:
         ValueError: if there is not one at least.
     """
-    if instants < 1:
-        raise ValueError(f"instants = {instants}: must be 1 or more")
-    return 2 * np.pi * np.arange(instants) / instants
+    count = whole("instants", instants)
+    return 2 * np.pi * np.arange(count) / count
 
 
 def node_at(body: StoredBranch, place: Place) -> int:
@@ -144,7 +146,10 @@ def node_at(body: StoredBranch, place: Place) -> int:
         ValueError: if it is no place.
         OutputError: if it is far from the body: it may be in another unit.
     """
-    given = np.asarray(place, dtype=float)
+    try:
+        given = np.asarray(place, dtype=float)
+    except (TypeError, ValueError):
+        given = np.empty(0)
     if given.ndim != 1 or not 1 <= len(given) <= 3 or not np.isfinite(given).all():
         raise ValueError(f"at = {place!r}: must be places (x, y, z) in m, as in [(0, 0, 0.1)]")
     given = np.pad(given, (0, 3 - len(given)))

@@ -11,6 +11,7 @@ from typing import Any
 from mpi4py import MPI
 
 from fenics_nnm.errors import StudyError
+from fenics_nnm.face.arguments import different, numbers, positive, whole, wholes
 from fenics_nnm.face.diagrams import Campbell, Sweep, load_campbell, load_sweep
 from fenics_nnm.face.running import Asked
 from fenics_nnm.face.simulation import Simulation, simulation_of
@@ -21,7 +22,7 @@ from fenics_nnm.running.beginning import begin
 from fenics_nnm.running.campbell_journal import CampbellJournal
 from fenics_nnm.running.nonlinear_lines import NonlinearLines, assert_has_lines
 from fenics_nnm.stages import Stages
-from fenics_nnm.structure.campbell import campbell_lines
+from fenics_nnm.structure.campbell import FASTEST, campbell_lines
 from fenics_nnm.structure.driven import driven_structure
 from fenics_nnm.structure.motions_at_speed import Target, ascending
 from fenics_nnm.structure.simulated import Wanted, simulated
@@ -50,24 +51,39 @@ class Lines:
     energies: Sequence[float]
     amplitudes: Sequence[float]
 
+    @classmethod
+    def given(
+        cls, speeds: object, modes: object, orders: object, energies: object, amplitudes: object
+    ) -> Lines:
+        """Lines of what is given in Python.
+
+        Raises:
+            ValueError: if a number is none, is out of bounds, or is there twice.
+        """
+        return cls(
+            numbers("speeds_rad_per_s", speeds),
+            whole("modes", modes),
+            different("orders", wholes("orders", orders)),
+            positive("energies_J", energies),
+            positive("amplitudes_m", amplitudes),
+        )
+
     @property
     def targets(self) -> tuple[Target, ...]:
         """What each nonlinear line has."""
         return ascending(self.energies, self.amplitudes)
 
     def assert_possible(self) -> None:
-        """Refuse numbers that the command would refuse.
+        """Refuse speeds that the command would refuse.
 
         Raises:
             StudyError: if one is out of bounds.
         """
         steps = zip(self.speeds, self.speeds[1:], strict=False)
-        if not len(self.speeds) or self.speeds[0] < 0 or any(a >= b for a, b in steps):
+        if not self.speeds or self.speeds[0] < 0 or any(a >= b for a, b in steps):
             raise StudyError("speeds_rad_per_s: must rise from 0 or more")
-        if self.modes < 1 or any(order < 1 for order in self.orders):
-            raise StudyError("modes, orders: must be 1 or more")
-        if any(value <= 0 for value in (*self.energies, *self.amplitudes)):
-            raise StudyError("energies_J, amplitudes_m: must be positive")
+        if self.speeds[-1] > FASTEST:
+            raise StudyError(f"speeds_rad_per_s: must be {FASTEST:g} at most")
 
 
 def campbell_of(asked: Asked, folder: Path, lines: Lines) -> Campbell:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fenics_nnm.backbone.point import BranchPoint
+from fenics_nnm.face.arguments import number
 from fenics_nnm.face.histories import (
     ContactHistory,
     MotionHistory,
@@ -143,10 +144,12 @@ class Point:
 
         Raises:
             OutputError: if the results are of matrices, or there is no pyvista.
+            ValueError: if the phase is no number.
         """
         from fenics_nnm.face.grids import grid_of
 
-        return grid_of(self._loaded.body("grid"), self._point, phase, stress=stress)
+        part = number("phase", phase)
+        return grid_of(self._loaded.body("grid"), self._point, part, stress=stress)
 
     def plot_force(self, axes: Axes | None = None) -> Axes:
         """Draw the sum of the contact forces over one period.

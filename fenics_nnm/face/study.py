@@ -202,10 +202,11 @@ gap in m, negative for an interference)
 
         Raises:
             NonlinearModeError: if it cannot be made, or the results not be written.
+            ValueError: if a number is none, or out of bounds.
         """
         from fenics_nnm.face.making import Lines, campbell_of
 
-        lines = Lines(list(speeds_rad_per_s), modes, orders, energies_J, amplitudes_m)
+        lines = Lines.given(speeds_rad_per_s, modes, orders, energies_J, amplitudes_m)
         return campbell_of(self._asked, Path(folder), lines)
 
     @in_words_of_study
@@ -229,11 +230,15 @@ gap in m, negative for an interference)
 
         Raises:
             NonlinearModeError: if the study cannot be driven, or the results not be written.
+            ValueError: if a number is none.
         """
+        from fenics_nnm.face.arguments import integer, number
         from fenics_nnm.face.making import simulation
         from fenics_nnm.structure.simulated import asked_of
 
-        wanted = asked_of(frequency_Hz, periods, way, level)
+        frequency = None if frequency_Hz is None else number("frequency_Hz", frequency_Hz)
+        count = None if periods is None else integer("periods", periods)
+        wanted = asked_of(frequency, count, way, number("level", level))
         return simulation(self._asked, Path(folder), wanted)
 
     @property

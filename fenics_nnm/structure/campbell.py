@@ -20,6 +20,9 @@ from fenics_nnm.structure.spinning_mesh import SpinningMesh, mesh_spun
 from fenics_nnm.study import MatrixStudy, MeshStudy, Study
 from fenics_nnm.study.error_keys import one_line
 
+#: Faster speeds, in rad/s, are a misprint.
+FASTEST = 1e9
+
 Motions = Callable[[Study, Analyse], tuple[MotionAtSpeed, ...]]
 """Nonlinear motions of a study at its speed, whose `Analyse` finds what is linear of it."""
 

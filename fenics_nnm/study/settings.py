@@ -96,7 +96,7 @@ def parts_of(key: str) -> list[tuple[str, int | None]]:
         bare, quoted, number = match.groups()
         found.append((bare or quoted, int(number) if number else None))
         end = match.end()
-    if end != len(key):
+    if end != len(key) or not found:
         raise StudyError(
             f"{key}: is no key: must be names with dots in between, and a number in brackets for "
             "one of several sections, as in contact.gap or contact.patch[2].gap"

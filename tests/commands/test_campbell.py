@@ -112,7 +112,7 @@ def test_speeds_that_are_none(text: str) -> None:
 def test_arguments(study_file: StudyFile, command: Command) -> None:
     assert speeds_from("0:60:40", turns=True) == pytest.approx([0, np.pi, 2 * np.pi])
     assert orders_of("1, 4") == [1, 4]
-    for text in ("0", "1,1", "x", "1.5", "9" * 5000):
+    for text in ("0", "1,1", "1,01", "x", "1.5", "9" * 5000):
         with pytest.raises(StudyError, match="must be different positive integers"):
             orders_of(text)
     asked = ("campbell", study_file(ROD), "--speeds", "0:1:1")

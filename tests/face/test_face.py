@@ -267,8 +267,21 @@ def test_errors_are_the_lines_of_the_commands(
         with pytest.raises(ValueError, match="is no column"):
             branch.nearest(**wrong)
     assert branch.nearest(von_mises_Pa=1e12).energy_J == branch.energy_J.max()
-    with pytest.raises(ValueError, match="instants = 0"):
-        branch[0].contact(0)
+    for wrong in (0, 2.5, float("nan"), "3", 10**9):
+        with pytest.raises(ValueError, match="instants = "):
+            branch[0].contact(wrong)
+    for wrong in ("0.5", float("inf"), None):
+        with pytest.raises(ValueError, match="must be a finite number"):
+            branch[0].grid(wrong)
+    for wrong in ([], ["1 m"], [[]]):
+        with pytest.raises(ValueError, match=r"must be (places|a place)"):
+            branch[0].motion(at=wrong)
+    with pytest.raises(ValueError, match="must be given one value"):
+        branch.nearest(displacement_m="1 mm")
+    with pytest.raises(TypeError, match="integer"):
+        branch[0:2]
+    with pytest.raises(nnm.StudyError, match="is no key"):
+        nnm.make_study(ROD).with_values({"": 1})
     with pytest.raises(ValueError, match="must be one of 'gamma ratio'"):
         branch.plot(over="time")
     with pytest.raises(ValueError, match="must be places"):

@@ -46,6 +46,48 @@ def test_a_diagram_has_the_closed_form() -> None:
         nnm.make_study(STOP).campbell([1.0, 0.5], "wrong")
 
 
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"speeds_rad_per_s": [0.0, np.nan]}, "speeds_rad_per_s = nan: must be a finite number"),
+        ({"speeds_rad_per_s": [0.0, np.inf]}, "speeds_rad_per_s = inf"),
+        ({"speeds_rad_per_s": np.zeros((2, 2))}, "speeds_rad_per_s = "),
+        ({"speeds_rad_per_s": 1.0}, "must be a list of numbers"),
+        ({"speeds_rad_per_s": "12"}, "must be a list of numbers"),
+        ({"modes": 1.5}, "modes = 1.5: must be a whole number"),
+        ({"modes": True}, "modes = True"),
+        ({"orders": [1.5]}, "orders = 1.5"),
+        ({"orders": [10**400]}, "must be 1 or more, and 1000000 at most"),
+        ({"orders": [2, 2]}, "orders = [2, 2]: must differ"),
+        ({"energies_J": [np.nan]}, "energies_J = nan"),
+        ({"energies_J": [1.0, 1.0]}, "energies_J = [1.0, 1.0]: must differ"),
+        ({"energies_J": 1.0}, "energies_J = 1.0: must be a list"),
+        ({"amplitudes_m": ["2 mm"]}, "amplitudes_m = '2 mm': must be a finite number"),
+        ({"amplitudes_m": [0.0]}, "amplitudes_m = [0.0]: must be positive"),
+    ],
+)
+def test_a_diagram_of_wrong_numbers_is_refused(wrong: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"speeds_rad_per_s": [0.0, 1.0], **wrong}
+    with pytest.raises(ValueError) as error:
+        nnm.make_study(STOP).campbell(folder="wrong", **given)
+    assert words in str(error.value)
+    assert not Path("wrong").exists()
+
+
+def test_a_diagram_of_misprinted_speeds_is_refused() -> None:
+    with pytest.raises(StudyError, match=r"must be 1e\+09 at most"):
+        nnm.make_study(STOP).campbell([0.0, 1e308], "wrong")
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"frequency_Hz": "5"}, {"periods": 2.5}, {"level": np.nan}, {"frequency_Hz": True}]
+)
+def test_a_simulation_of_wrong_numbers_is_refused(wrong: dict[str, Any]) -> None:
+    (name,) = wrong
+    with pytest.raises(ValueError, match=f"{name} = "):
+        nnm.make_study(STOP).simulate("wrong", **wrong)
+
+
 def test_a_simulation_is_that_of_the_command(
     study_file: Callable[..., Path], command: Callable[..., Ended]
 ) -> None:

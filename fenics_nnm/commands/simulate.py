@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 _WAYS = ("up", "down", "both")
 
+#: Digits of the number of a branch or a point.
+_DIGITS = 9
+
 
 def add_to(commands: Commands) -> None:
     """Add the command."""
@@ -119,10 +122,11 @@ def _with_start(arguments: argparse.Namespace, study: Study, wanted: Wanted) -> 
     from fenics_nnm.structure.simulated import STATE_FILE, first_frequency, last_state
 
     folder: Path | None = arguments.start
+    place = _place(arguments.point)
     if folder is not None and is_response(folder):
-        frequency, place = first_frequency(study, wanted), _place(arguments.point)
+        frequency = first_frequency(study, wanted)
         return replace(wanted, start=start_of_response(folder, frequency, wanted.level, place))
-    if arguments.point is not None:
+    if place is not None:
         raise StudyError(f"--point {arguments.point}: needs --start with the folder of a response")
     return wanted if folder is None else replace(wanted, start=last_state(folder / STATE_FILE))
 
@@ -136,7 +140,7 @@ def _place(text: str | None) -> tuple[int, int] | None:
     if text is None:
         return None
     branch, _, number = text.partition(":")
-    if not (branch.isdecimal() and number.isdecimal()):
+    if not all(part.isdecimal() and len(part) <= _DIGITS for part in (branch, number)):
         raise StudyError(f"--point {text}: must be BRANCH:POINT, two numbers, as in 1:23")
     return int(branch), int(number)
 

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.response.point import ResponsePoint
+
+#: A peak is no noise of round-off if it stands this much of its height above the valleys beside it,
+#: and is this part of the largest amplitude of any place.
+_ABOVE, _PART = 1e-9, 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +38,15 @@ class Peak:
 def peaks(points: Sequence[ResponsePoint], monitor: int) -> Iterator[Peak]:
     """Peaks of the amplitude of a place that is watched, among the points of one curve.
 
-    Points at the ends, and beside one without amplitude, are none: the top may lie beyond.
+    Points at the ends, and beside one without amplitude, are none: the top may lie beyond. Nor is
+    the round-off of a place that does not move, or of a curve that is level.
     """
     amplitude = np.array([point.amplitude[monitor] for point in points])
+    least = _PART * max(np.nan_to_num(point.amplitude).max() for point in points)
     for here in range(1, len(points) - 1):
-        if amplitude[here - 1] < amplitude[here] >= amplitude[here + 1]:
+        if amplitude[here - 1] < amplitude[here] >= amplitude[here + 1] and (
+            amplitude[here] > least and _stands_out(amplitude, here)
+        ):
             point = points[here]
             yield Peak(
                 monitor,
@@ -46,6 +55,22 @@ def peaks(points: Sequence[ResponsePoint], monitor: int) -> Iterator[Peak]:
                 float(point.phase[monitor]),
                 point.level,
             )
+
+
+def _stands_out(amplitude: Array, here: int) -> bool:
+    """Whether a peak is above the valleys between it and higher points, or the ends.
+
+    Of peaks of one height the first counts as the highest.
+    """
+    top, before, after = amplitude[here], amplitude[:here][::-1], amplitude[here + 1 :]
+    valley = max(_valley(before, before >= top), _valley(after, after > top))
+    return bool(top - valley > _ABOVE * top)
+
+
+def _valley(side: Array, higher: Array) -> float:
+    """Smallest amplitude on one side of a peak, up to the first that is higher."""
+    ends = np.flatnonzero(higher)
+    return float(np.nanmin(side[: ends[0] if len(ends) else None]))
 
 
 def curve_peaks(points: Sequence[ResponsePoint], others: int) -> Iterator[Peak]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -77,6 +77,9 @@ class Wanted:
 
 #: Periods at a constant frequency, and at each frequency of a sweep, if not given.
 CONSTANT, SWEPT = 500, 20
+
+#: Oscillations of the highest mode in a period of the force, which take a minute.
+_OSCILLATIONS = 1e5
 
 #: More periods than this are a misprint.
 _MOST = 10_000_000
@@ -160,7 +163,8 @@ def simulated(
     """Follow the structure of a study in time.
 
     Raises:
-        StudyError: if the state to start from is not one of the structure.
+        StudyError: if the state to start from is not one of the structure, or a period of the force
+            is too long.
         ModelError: if its motion in time is not defined: points with mass, forces that are not
             linear, or damping that is a law of harmonics.
     """
@@ -170,9 +174,11 @@ def simulated(
     driven = structure.at_level(wanted.level)
     flow = driven_flow(driven.mechanics, 1.0)
     state = _first(wanted, structure)
+    ways = list(_ways(study, wanted))
+    _assert_short_periods(structure.model.omega, ways)
     legs: list[Leg] = []
     with stages.stage("simulation"):
-        for name, frequencies in _ways(study, wanted):
+        for name, frequencies in ways:
             start = (state.q, state.velocity)
             found = simulation(
                 flow, structure.watched, frequencies, start, on_progress=stages.report
@@ -211,6 +217,21 @@ def _ways(study: Study, wanted: Wanted) -> Iterator[tuple[str, Array]]:
         yield Way.UP, frequencies
     if wanted.way != Way.UP:
         yield Way.DOWN, frequencies[::-1]
+
+
+def _assert_short_periods(omega: Array, ways: Sequence[tuple[str, Array]]) -> None:
+    """Refuse a period in which modes move so often that it is never done.
+
+    Raises:
+        StudyError: if there is one.
+    """
+    slowest, highest = min(values.min() for _, values in ways), omega.max() / (2 * np.pi)
+    if slowest * _OSCILLATIONS < highest:
+        raise StudyError(
+            f"simulation at {slowest:g} Hz: must be at {highest / _OSCILLATIONS:.3g} Hz or more: "
+            f"in a period of the force the highest mode, of {highest:.6g} Hz, may move "
+            f"{_OSCILLATIONS:g} times"
+        )
 
 
 def _first(wanted: Wanted, structure: DrivenStructure) -> State:

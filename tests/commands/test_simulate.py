@@ -95,6 +95,8 @@ def test_sweeps_go_up_and_down(stop: StudyFile, command: Command) -> None:
         (["--frequency=0"], {}, "--frequency 0: must be positive"),
         (["--level=-1"], {}, "--level -1: must be positive"),
         (["--periods=0"], {}, "--periods 0: must be from 1 to 10000000"),
+        (["--frequency=1e-30"], {}, "simulation at 1e-30 Hz: must be at 1.59e-06 Hz or more"),
+        (["--start=out", f"--point={'9' * 5000}:1"], {}, "must be BRANCH:POINT"),
         (["--frequency=1", "--way=up"], {}, "--way up: has no effect with --frequency"),
         (["--start=nowhere"], {}, "nowhere/state.npz: cannot be read as the last state"),
         ([], {"excitation": None}, "excitation: is missing: fenics-nnm simulate needs"),

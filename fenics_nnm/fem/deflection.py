@@ -119,9 +119,10 @@ class FormDeflection:
         u = fem.Function(solid.space) if solid.state is None else solid.state.displacement
         v, whole = ufl.TestFunction(solid.space), fem.Constant(solid.tagged.mesh, 1.0)
         form = large_deflection(solid, u, v)
-        for pressure in solid.state.loads.pressures if solid.state else ():
-            if pressure.follower:
-                form += pressing(solid, pressure, u, v, whole)
+        pressures = solid.state.loads.pressures if solid.state else ()
+        following = [pressure for pressure in pressures if pressure.follower]
+        for pressing_one in pressing(solid, following, u, v, whole):
+            form += pressing_one
         self._along = tuple(fem.Function(solid.space) for _ in range(3))
         self._u, self._form = u, form
         self._second = fem.form(self._derivative(0, 0), jit_options=quick())

@@ -13,16 +13,16 @@ part is free of terms that are linear in u, so that K + dN/du is K to the last b
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import ufl
 from dolfinx import fem
-from dolfinx import mesh as dmesh
 
-from fenics_nnm.errors import Code, MeshError, ModelError
+from fenics_nnm.errors import Code, ModelError
 from fenics_nnm.fem.compat import coordinate_element
 from fenics_nnm.fem.loads import Loads, Pressure, Rotation
+from fenics_nnm.fem.pressed import pressed
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.stress import Expr, stress_of_strain, thermal_stress
 from fenics_nnm.fem.warming import Warming
@@ -54,8 +54,8 @@ def rest_form(solid: Solid, loads: Loads, u: fem.Function, level: fem.Constant) 
         form -= _thermal(solid, loads.warming, u, v, level)
     if loads.rotation is not None and loads.speed:
         form -= _centrifugal(solid, loads.rotation, u, v, level)
-    for pressure in loads.pressures:
-        form += pressing(solid, pressure, u, v, level)
+    for pressing_one in pressing(solid, loads.pressures, u, v, level):
+        form += pressing_one
     return form
 
 
@@ -124,29 +124,19 @@ def _centrifugal(
 
 
 def pressing(
-    solid: Solid, pressure: Pressure, u: fem.Function, v: Expr, level: fem.Constant
-) -> Expr:
-    """Int p n . v dA on the surface as it was, or on the deformed one by Nanson's relation."""
+    solid: Solid, pressures: Sequence[Pressure], u: fem.Function, v: Expr, level: fem.Constant
+) -> Iterator[Expr]:
+    """Int p n . v dA of each pressure, on the surface as it was or on the deformed one.
+
+    The deformed one is that of Nanson's relation.
+    """
     mesh, dim = solid.tagged.mesh, solid.tagged.dim
-    normal = ufl.FacetNormal(mesh)
-    if pressure.follower and dim > 1:
-        F = ufl.Identity(dim) + ufl.grad(u)
-        normal = ufl.det(F) * ufl.inv(F).T * normal
-    ds = _facets(solid, pressure)(degree=4 * solid.body.degree)
-    factor = level * fem.Constant(mesh, float(pressure.value * solid.body.extent))
-    return factor * ufl.dot(normal, v) * ds
-
-
-def _facets(solid: Solid, pressure: Pressure) -> ufl.Measure:
-    tagged, what = solid.tagged, f"{pressure.key}.facets"
-    facets, mesh = tagged.facets_of(pressure.facets, what), tagged.mesh
-    outside = np.isin(facets, dmesh.exterior_facet_indices(mesh.topology))
-    owned = facets < mesh.topology.index_map(tagged.dim - 1).size_local
-    inside = int(mesh.comm.allreduce(int(np.count_nonzero(owned & ~outside))))
-    if inside:
-        raise MeshError(f"{what}: {inside} facets lie inside the body: must be on its surface")
-    tags = dmesh.meshtags(mesh, tagged.dim - 1, facets, np.ones(len(facets), dtype=np.int32))
-    return ufl.Measure("ds", domain=mesh, subdomain_data=tags)(1)
+    normal, F = ufl.FacetNormal(mesh), ufl.Identity(dim) + ufl.grad(u)
+    turned = ufl.det(F) * ufl.inv(F).T * normal if dim > 1 else normal
+    for pressure, ds in zip(pressures, pressed(solid, pressures), strict=True):
+        factor = level * fem.Constant(mesh, float(pressure.value * solid.body.extent))
+        along = turned if pressure.follower else normal
+        yield factor * ufl.dot(along, v) * ds(degree=4 * solid.body.degree)
 
 
 def _integral(solid: Solid, integrand: Callable[[Material], Expr]) -> Expr:

@@ -205,6 +205,19 @@ def test_pressure_from_all_sides(follower: bool) -> None:
     assert u == pytest.approx(x * (stretch - 1), rel=1e-9, abs=1e-15)
 
 
+@pytest.mark.parametrize("follower", [False, True])
+def test_pressures_of_several_sections_add_up(follower: bool) -> None:
+    """Facets may be under one of them, or under several."""
+    p = 1e10
+    parts = ((("right", "back"), 0.75), (("top",), 1.0), (("right",), 0.25), (("back",), 0.25))
+    several = tuple(Pressure("pressure", names, part * p, follower) for names, part in parts)
+    _, u = moved(loaded(solid_of(CUBE), Loads(pressures=several)))
+    alone = Pressure("pressure", ("right", "back", "top"), p, follower)
+    expected = moved(loaded(solid_of(CUBE), Loads(pressures=(alone,))))[1]
+    assert u == pytest.approx(expected, rel=1e-9, abs=1e-15)
+    assert np.abs(u).max() > 1e-4
+
+
 def test_elastica() -> None:
     """P L^2 / EI = 1: the tip comes in by 0.056433 L and moves by 0.301721 L (J. H. Jenkins)."""
     length, height = 1.0, 0.01

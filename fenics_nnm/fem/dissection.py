@@ -33,24 +33,23 @@ _THREADS = "SCOTCH_PTHREAD_NUMBER"
 #: Makes the function that cuts graphs into parts; none where dolfinx was built without SCOTCH.
 _partitioner: Callable[..., Any] | None = getattr(cpp.graph, "partitioner_scotch", None)
 
-#: The order as it is.
-AS_IT_IS = slice(None)
+
+def worth_dissecting(space: fem.FunctionSpace) -> bool:
+    """Whether nested dissection is faster than the order that a solver finds, on one rank.
+
+    It is not for few cells, nor for more cells than nodes (linear tetrahedra), and it needs SCOTCH.
+    """
+    cells, nodes = len(space.dofmap.list), space.dofmap.index_map.size_local
+    return _partitioner is not None and _WORTHWHILE <= cells <= nodes
 
 
-def dissected(space: fem.FunctionSpace, worthwhile: int = _WORTHWHILE) -> Indices | slice:
+def dissected(space: fem.FunctionSpace) -> Indices:
     """Degrees of freedom of a space on one rank in the order of nested dissection, shape (n,).
 
-    It is `AS_IT_IS` for few cells, for more cells than nodes (linear tetrahedra), as these take
-    longer then than the order of a solver, and where there is no SCOTCH.
-
-    Args:
-        space: Space of displacements.
-        worthwhile: Least number of cells.
+    To be called where it is worth it: it needs SCOTCH.
     """
+    assert _partitioner is not None
     cells, size = space.dofmap.list, space.dofmap.index_map_bs
-    nodes = space.dofmap.index_map.size_local
-    if _partitioner is None or not worthwhile <= len(cells) <= nodes:
-        return AS_IT_IS
     levels = int(np.log2(len(cells) / _LEAST))
     with _one_thread():
         cut = _partitioner(_IMBALANCE, _SEED)

@@ -124,10 +124,14 @@ def limited_memory(ksp: PETSc.KSP, memory: float | None) -> Iterator[None]:
 
 
 @contextmanager
-def order_kept(ksp: PETSc.KSP, kept: bool = True) -> Iterator[None]:
+def order_kept(ksp: PETSc.KSP, kept: bool) -> Iterator[None]:
     """Let CHOLMOD keep the order of the rows of its matrix in a factorisation inside.
 
-    Else it compares orders of its own, which it finds anew.
+    Without it CHOLMOD finds orders by itself and takes the best one.
+
+    Args:
+        ksp: Solver.
+        kept: Whether the order is to be kept.
     """
     options, name = PETSc.Options(ksp.getOptionsPrefix()), "mat_cholmod_nmethods"
     pc = ksp.getPC()

@@ -9,7 +9,7 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array, Indices
 from fenics_nnm.fem.block import solved
-from fenics_nnm.fem.dissection import AS_IT_IS, dissected
+from fenics_nnm.fem.dissection import dissected, worth_dissecting
 from fenics_nnm.fem.factorisation import (
     ROOT_ALONE,
     factorise,
@@ -27,12 +27,13 @@ class Ordered:
 
     Attributes:
         ksp: Solver.
-        order: Which row of the matrix each row of the solver's is, shape (n_owned,); all as they
-            are where it finds an order by itself.
+        order: Which row of the matrix each row of the solver's is, shape (n_owned,).
+        kept: Whether the solver keeps this order; else it finds one by itself.
     """
 
     ksp: PETSc.KSP
-    order: Indices | slice
+    order: Indices
+    kept: bool
 
     @classmethod
     def of(cls, solid: Solid, memory: float | None, prefix: str) -> Ordered:
@@ -43,14 +44,14 @@ class Ordered:
             memory: Memory in bytes that a rank may take for factors; no limit if None.
             prefix: Prefix of its PETSc options.
         """
-        matrix, order = solid.stiffness, AS_IT_IS
-        if takes_cholmod(matrix, memory):
-            order = dissected(solid.space)
+        matrix = solid.stiffness
+        kept = takes_cholmod(matrix, memory) and worth_dissecting(solid.space)
+        order = dissected(solid.space) if kept else np.arange(solid.owned)
         ksp = PETSc.KSP().create(matrix.comm)
         ksp.setOptionsPrefix(prefix)
-        ksp.setOperators(_in_order(matrix, order))
+        ksp.setOperators(_permuted(matrix, order) if kept else matrix)
         use_fastest(ksp, memory, (ROOT_ALONE,))
-        return cls(ksp, order)
+        return cls(ksp, order, kept)
 
     def factorise(self, memory: float | None) -> None:
         """Factorise the matrix, with some memory in bytes at most.
@@ -59,7 +60,7 @@ class Ordered:
             OutOfMemoryError: if there is too little memory.
             ConvergenceError: if there is no factorisation for another reason.
         """
-        with limited_memory(self.ksp, memory), order_kept(self.ksp, self.order is not AS_IT_IS):
+        with limited_memory(self.ksp, memory), order_kept(self.ksp, self.kept):
             factorise(self.ksp)
 
     def solve(self, columns: Array) -> Array:
@@ -77,10 +78,8 @@ class Ordered:
         self.ksp.destroy()
 
 
-def _in_order(matrix: PETSc.Mat, order: Indices | slice) -> PETSc.Mat:
+def _permuted(matrix: PETSc.Mat, order: Indices) -> PETSc.Mat:
     """A symmetric matrix with rows and columns in an order."""
-    if isinstance(order, slice):
-        return matrix
     places = PETSc.IS().createGeneral(order, comm=matrix.comm)
     found = matrix.permute(places, places)
     found.setOption(PETSc.Mat.Option.SYMMETRIC, True)

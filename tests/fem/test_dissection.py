@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.fem import dissection
-from fenics_nnm.fem.dissection import AS_IT_IS, dissected, separated
+from fenics_nnm.fem.dissection import dissected, separated, worth_dissecting
 
 
 def test_nodes_of_a_line_are_separated_by_its_middle_first() -> None:
@@ -57,24 +57,25 @@ def needed() -> None:
 @pytest.mark.usefixtures("needed")
 def test_factors_have_fewer_entries_than_in_the_order_of_the_mesh() -> None:
     space = _space(5)
-    order = dissected(space, 1)
-    assert isinstance(order, np.ndarray)
+    order = dissected(space)
     assert np.array_equal(np.sort(order), np.arange(3 * 11**3))
     assert np.array_equal(order[1::3], order[::3] + 1)  # nodes stay together
     nodes = order[::3] // 3
     assert _entries(space, nodes) < 0.75 * _entries(space, np.arange(11**3))
-    assert np.array_equal(dissected(space, 1), order)  # always the same
+    assert np.array_equal(dissected(space), order)  # always the same
 
 
 @pytest.mark.usefixtures("needed")
 def test_threads_of_the_user_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SCOTCH_PTHREAD_NUMBER", "3")
-    dissected(_space(2), 1)
+    dissected(_space(2))
     assert os.environ["SCOTCH_PTHREAD_NUMBER"] == "3"
 
 
-def test_few_cells_and_cells_of_few_nodes_stay_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert dissected(_space(2)) is AS_IT_IS
-    assert dissected(_space(2, degree=1), 1) is AS_IT_IS
+def test_few_cells_and_cells_of_few_nodes_are_not_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not worth_dissecting(_space(2))
+    monkeypatch.setattr(dissection, "_WORTHWHILE", 48)
+    assert worth_dissecting(_space(2))
+    assert not worth_dissecting(_space(2, degree=1))
     monkeypatch.setattr(dissection, "_partitioner", None)
-    assert dissected(_space(2), 1) is AS_IT_IS
+    assert not worth_dissecting(_space(2))

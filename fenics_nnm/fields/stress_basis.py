@@ -50,10 +50,10 @@ class StressBasis:
         own = amounts[:, self.used]
         if np.count_nonzero(own) != np.count_nonzero(amounts):
             raise ValueError("amounts of shapes whose stresses are not known: must be zero")
-        changes = np.tensordot(own, self.stresses[..., nodes], 1)
+        changes = own @ self.stresses[..., nodes].swapaxes(0, 1)  # (6, k, nodes)
         if self.steady.size:
-            changes += self.steady[:, nodes]
-        return np.moveaxis(changes, 1, 2)
+            changes += self.steady[:, None, nodes]
+        return np.moveaxis(changes, 0, 2)
 
 
 def used_shapes(shapes: MotionShapes, amounts: Iterable[Array]) -> Indices:

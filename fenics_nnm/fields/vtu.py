@@ -162,12 +162,12 @@ def write_collection(path: Path, files: Sequence[str], times: Sequence[float]) -
 
 def block(name: str, values: Array | Indices) -> Block:
     """An array at the nodes that is in several files, packed once."""
-    raw = np.ascontiguousarray(values).tobytes()
+    raw = np.ascontiguousarray(values).ravel().view(np.uint8).data
     packed = zlib.compress(raw, _FAST if pays(raw) else _STORED)
     header = np.array([1, len(raw), 0, len(packed)] if raw else [0, 0, 0], dtype="<u8").tobytes()
     width = values.shape[1] if values.ndim == 2 else 0
     description = _described(name, values.dtype.str[1:], width)
-    return Block(description, header + (packed if raw else b""))
+    return Block(description, header + packed if raw else header)
 
 
 def _described(name: str, kind: str, components: int) -> str:
@@ -175,7 +175,7 @@ def _described(name: str, kind: str, components: int) -> str:
     return f'type="{_TYPES[kind]}" Name={quoteattr(name)}{width}'
 
 
-def pays(raw: bytes) -> bool:
+def pays(raw: memoryview) -> bool:
     """Whether compression pays: the digits of most stresses and displacements are like noise."""
     starts = range(0, len(raw), max(_PIECE, len(raw) // _PIECES))
     sample = b"".join(raw[start : start + _PIECE] for start in starts)

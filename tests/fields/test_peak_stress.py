@@ -6,15 +6,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from conftest import BEAM, Ended, changed
 
+from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.fem.elasticity import VTK_ORDER
-from fenics_nnm.fields.body import field_body
+from fenics_nnm.fields.body import FieldBody, field_body
 from fenics_nnm.fields.frames import Frames
 from fenics_nnm.fields.invariants import principal, von_mises
+from fenics_nnm.fields.kept_bases import KeptBases
 from fenics_nnm.fields.peak import largest_tension
 from fenics_nnm.fields.shapes import motion_shapes
-from fenics_nnm.fields.stress_basis import stress_basis
+from fenics_nnm.fields.stress_basis import StressBasis, stress_basis, used_shapes
 from fenics_nnm.fields.stress_rows import StressRows
 from fenics_nnm.results.stored_branch import read_stored_branch
 
@@ -47,6 +50,26 @@ def test_principal_stresses_are_eigenvalues_where_they_are_near_each_other_too()
     np.testing.assert_allclose(principal(stress), wanted, rtol=0, atol=1e-12)
 
 
+def assert_kept_bases_know_what_is_used(
+    body: FieldBody, rows: StressRows, point: BranchPoint, whole: StressBasis
+) -> None:
+    """A basis of the shapes that a motion is made of gives its stress, one of fewer none."""
+    shapes, every = whole.shapes, np.arange(len(body.mesh.nodes))
+    amounts = rows.amounts(shapes, point)[0].copy()
+    amounts[:, [0, 2]] = 0.0
+    used = used_shapes(shapes, [amounts])
+    np.testing.assert_array_equal(used, [1, *range(3, shapes.count)])
+    bases = KeptBases()
+    few = bases.get(0, used, lambda: stress_basis(body, shapes, every, used))
+    stress = whole.stress(amounts)
+    np.testing.assert_allclose(few.stress(amounts), stress, atol=1e-12 * np.abs(stress).max())
+    assert bases.get(0, used[1:], lambda: whole) is few
+    assert bases.get(0, np.array([0, 1]), lambda: whole) is whole
+    amounts[0, 0] = 1.0
+    with pytest.raises(ValueError, match="not known"):
+        few.stress(amounts)
+
+
 def test_peaks_are_those_of_stresses_recovered_one_by_one(
     study_file: StudyFile, command: Command
 ) -> None:
@@ -62,6 +85,7 @@ def test_peaks_are_those_of_stresses_recovered_one_by_one(
         every = np.arange(len(body.mesh.nodes))
         basis = stress_basis(body, motion_shapes(branch, branch.points), every)
         peaks = dict(zip(rows.peak_names, rows.at(basis, point), strict=True))
+        assert_kept_bases_know_what_is_used(body, rows, point, basis)
         recovery = body.recovery(every)
         times = np.unique(np.concatenate([np.arange(n) / n for n in (24, 128)]))
         fields = branch.displacement(point, 2 * np.pi * times)

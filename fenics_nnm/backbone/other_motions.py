@@ -34,8 +34,8 @@ from fenics_nnm.nonlinear.unknowns import Unknowns
 #: So many coefficients are left out of a motion, one after the other.
 _PARTS = 3
 
-#: Most steps along a neighbour's family.
-_STEPS = 12
+#: Steps along a neighbour's family. Where shorter ones are needed hundreds of them are.
+_STEPS = ArcLength(step=0.05, smallest_step=0.005, largest_step=0.2, points=12)
 
 #: Motions whose frequencies differ by less than this part are the same.
 _SAME = 1e-7
@@ -106,7 +106,7 @@ class OtherMotions:
                 finest.problem(newton),
                 start,
                 Uphill(GAMMA, falls=ratio < neighbour.gamma_ratio),
-                options=ArcLength(step=0.05, largest_step=0.2, points=_STEPS, newton=newton),
+                options=replace(_STEPS, newton=newton),
                 bounds=(Bound(GAMMA, Range(*ends)),),
                 events=(),
                 rules=NoRules(),

@@ -8,6 +8,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError, OutOfMemoryError
 from fenics_nnm.fem.anderson import Anderson
 from fenics_nnm.fem.factorisation import negative_pivots
+from fenics_nnm.fem.inside_out import turned_inside_out
 from fenics_nnm.fem.least_ratio import least_ratio
 from fenics_nnm.fem.loaded_residual import LoadedResidual
 from fenics_nnm.fem.ordered import Ordered
@@ -64,6 +65,8 @@ class LoadsAtOnce(HeldTogether):
         try:
             self._inverse.factorise(self._memory)
             if negative_pivots(self._inverse.ksp) or not self._converged():
+                return False
+            if turned_inside_out(self._residual.displacement):
                 return False
         except OutOfMemoryError:
             raise

@@ -7,8 +7,8 @@ those of the tangent stiffness do that modes are found with, which costs nothing
 
 Else Newton's method takes over, and the loads are applied in parts as large as it takes. A step of
 the load is refused if it does not converge, ends where the tangent stiffness is not positive
-definite (the body buckles on the way), or goes much farther than its linear prediction (it snaps
-through to another state).
+definite (the body buckles on the way), turns cells inside out, there or in its linear prediction,
+or goes much farther than that (it snaps through to another state).
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from fenics_nnm.fem.factorisation import (
     negative_pivots,
     use_mumps,
 )
+from fenics_nnm.fem.inside_out import turned_inside_out
 from fenics_nnm.fem.loaded_residual import LoadedResidual
 from fenics_nnm.fem.loads import Loads
 from fenics_nnm.fem.loads_at_once import LoadsAtOnce
@@ -198,6 +199,8 @@ class _Newton(HeldTogether):
                 raise _Refused("Newton's method diverges")
             residual.move(residual.owned + change)
             self._steps += 1
+            if np.isinf(last) and turned_inside_out(residual.displacement):
+                raise _Refused("the body turns inside out")
             whole = residual.norm(residual.owned)
             anew = moved > _CONTRACTING * last or np.isinf(last)
             if moved <= _ACCURACY * whole or (anew and moved <= _ROUND_OFF * whole):
@@ -209,6 +212,8 @@ class _Newton(HeldTogether):
             raise _Refused("the body snaps through")
         if negative_pivots(self._ksp):
             raise _Refused("the body buckles")
+        if turned_inside_out(residual.displacement):
+            raise _Refused("the body turns inside out")
 
     def _step(self) -> Array:
         """Newton's next change of the displacement in m, shape (n_owned,).

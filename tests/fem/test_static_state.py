@@ -246,6 +246,22 @@ def test_a_column_buckles_at_its_load(made: Callable[..., Any]) -> None:
         )
 
 
+@pytest.mark.parametrize("times", [600, 3e4])
+def test_a_load_far_beyond_the_buckling_load_is_refused(times: float) -> None:
+    """There are stable states beyond it, whose cells are turned inside out."""
+    euler = np.pi**2 * 2.1e11 * 0.01 * 0.1**3 / 12 / 4
+    force = {"facets": "right", "force": [-times * euler, 0.0]}
+    with pytest.raises(ConvergenceError, match=r"static state: 0\.\d% of the steady loads"):
+        solid_of(PLATE, mesh={"height": 0.1}, load={"force": [force]})
+
+
+def test_a_speed_far_beyond_the_critical_one_is_refused() -> None:
+    """A rod would lie stretched on the other side of the axis, at 12.99 m."""
+    rotation = {"axis": "z", "origin": [2.0, 0.0, 0.0], "speed": 1e5}
+    with pytest.raises(ConvergenceError, match=r"static state: 0\.\d% of the steady loads"):
+        solid_of(ROD, body={"degree": 2}, rotation=rotation)
+
+
 def test_an_attached_mass_is_pulled_outwards() -> None:
     """m Omega^2 r / (E A) at the tip, besides the rod's own part."""
     speed, mass = 1e-4 * SPEED, 3.0

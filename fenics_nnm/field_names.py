@@ -7,6 +7,9 @@ from typing import Literal, get_args
 #: Fewer frames of a period would not show a motion.
 LEAST_FRAMES = 24
 
+#: More frames than this are a misprint, and fill the disk.
+MOST_FRAMES = 10_000
+
 FieldName = Literal[
     "displacement",
     "total_displacement",

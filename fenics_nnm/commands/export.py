@@ -19,7 +19,14 @@ from fenics_nnm.commands.shared import (
     stages_of,
 )
 from fenics_nnm.errors import StudyError
-from fenics_nnm.field_names import DEFAULT_FIELDS, FIELDS, FORMATS, LEAST_FRAMES, FieldName
+from fenics_nnm.field_names import (
+    DEFAULT_FIELDS,
+    FIELDS,
+    FORMATS,
+    LEAST_FRAMES,
+    MOST_FRAMES,
+    FieldName,
+)
 
 if TYPE_CHECKING:
     from fenics_nnm.backbone.point import BranchPoint
@@ -86,6 +93,8 @@ def _export(arguments: argparse.Namespace) -> int:
 
     if arguments.frames < LEAST_FRAMES:
         raise StudyError(f"--frames {arguments.frames}: must be at least {LEAST_FRAMES}")
+    if arguments.frames > MOST_FRAMES:
+        raise StudyError(f"--frames {arguments.frames}: must be {MOST_FRAMES} at most")
     if is_response(arguments.branch):
         return _export_response(arguments)
     for option in ("at", "level"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from decimal import Decimal
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from fenics_nnm.geometry.lengths import METRES, WRONG_LENGTH
+from fenics_nnm.geometry.lengths import METRES, WITH_UNIT, WRONG_LENGTH
 
 #: What an amount is of, by the SI unit of it, with the factors of its units.
 UNITS: Mapping[str, Mapping[str, float]] = {
@@ -19,8 +18,6 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "J": {"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "kJ": 1e3},
     "Hz": {"Hz": 1.0, "kHz": 1e3},
 }
-
-_TEXT = re.compile(r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_]\S*)")
 
 #: A longer text is no amount.
 _LONGEST = 80
@@ -45,7 +42,7 @@ def amount(text: str, *kinds: str) -> tuple[float, str]:
     Raises:
         ValueError: if it is none.
     """
-    found = _TEXT.fullmatch(text.strip()) if len(text) <= _LONGEST else None
+    found = WITH_UNIT.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if found is None:
         raise ValueError(f"must be a number with a unit: {known_units(*kinds)}")
     unit = found[2].translate(_MICRO)

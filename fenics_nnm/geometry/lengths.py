@@ -35,7 +35,10 @@ KNOWN = f"{', '.join(list(METRES)[:-1])} or {list(METRES)[-1]}"
 #: Type of the errors of pydantic about a text that is no length.
 WRONG_LENGTH = "wrong_length"
 
-_TEXT = re.compile(r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_]\S*)")
+_NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+
+#: A number with a unit; 1e-3 is none of the unit e-3.
+WITH_UNIT = re.compile(rf"(?!{_NUMBER}$)({_NUMBER})\s*([^\W\d_]\S*)")
 
 #: A longer text is no length.
 _LONGEST = 80
@@ -67,7 +70,7 @@ def converted(value: float, unit: str, wanted: str) -> float:
 
 def like_a_length(text: str) -> bool:
     """Whether a text is a number with letters behind it, be they a unit or not."""
-    return len(text) <= _LONGEST and _TEXT.fullmatch(text.strip()) is not None
+    return len(text) <= _LONGEST and WITH_UNIT.fullmatch(text.strip()) is not None
 
 
 def length_in_metres(text: str) -> float:
@@ -115,7 +118,7 @@ def _read(value: Any, plain: str, wanted: str) -> Any:
 
 def _parsed(text: str) -> tuple[float, str]:
     """Number and unit of a text."""
-    found = _TEXT.fullmatch(text.strip()) if len(text) <= _LONGEST else None
+    found = WITH_UNIT.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if found is None:
         raise _wrong(
             f'must be a number, or a number with a unit, as in "0.5 mm"; units are {KNOWN}'

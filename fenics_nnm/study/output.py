@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from fenics_nnm.field_names import DEFAULT_FIELDS, LEAST_FRAMES, FieldName, FileFormat
+from fenics_nnm.field_names import DEFAULT_FIELDS, LEAST_FRAMES, MOST_FRAMES, FieldName, FileFormat
 from fenics_nnm.study.record import FromList, Record
 
 
@@ -23,7 +23,7 @@ class OutputSection(Record):
 class MeshOutputSection(OutputSection):
     """Where results go, and what is written for ParaView."""
 
-    frames: Annotated[int, Field(ge=LEAST_FRAMES)] = Field(
+    frames: Annotated[int, Field(ge=LEAST_FRAMES, le=MOST_FRAMES)] = Field(
         LEAST_FRAMES, description="frames of a period in the ParaView files, at least 24"
     )
     fields: Annotated[tuple[FieldName, ...], Field(min_length=1), FromList] = Field(

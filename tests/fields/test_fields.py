@@ -202,6 +202,8 @@ def test_export_of_chosen_fields_and_frames(
         (("out", "--gamma", "1.1", "--fields", "heat"), 2, ("--fields heat", "von_mises")),
         (("out", "--gamma", "nan"), 2, ("--gamma nan", "must be a number")),
         (("out", "--gamma", "1.1", "--frames", "3"), 2, ("--frames 3", "at least 24")),
+        (("out", "--gamma", "1.1", "--frames", "100000"), 2, ("--frames 100000", "10000 at most")),
+        (("out", "--amplitude", "1e-3"), 2, ("--amplitude 1e-3", "must be a number with a unit")),
         (("nowhere.h5", "--gamma", "1.1"), 1, ("nowhere.h5: cannot be read",)),
     ],
 )

@@ -189,6 +189,7 @@ VALUES = [
     ({"damping": {"beta": 1e300}}, "damping.beta = 1e+300", "less than or equal to 1e+30"),
     ({"dashpot": [{"at": [1.0], "damping": [1e-300]}]}, "dashpot[1].damping", "1e-30 or more"),
     ({"output": {"frames": 3}}, "output.frames = 3", "at least 24"),
+    ({"output": {"frames": 10**8}}, "output.frames = 100000000", "less than or equal to 10000"),
     ({"output": {"folder": 3}}, "output.folder = 3", "name in quotes"),
     ({"title": 3}, "title = 3", "string"),
     ({"title": "a\u202eb"}, "title = ", "must be one line"),

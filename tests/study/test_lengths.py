@@ -159,6 +159,10 @@ def test_units(text: str, metres: float) -> None:
             'contact.gap = "5 MM": the unit "MM" is not known: must be ',
         ),
         ({"contact": {"gap": "5"}}, 'contact.gap = "5": must be a number, or a number with a unit'),
+        (
+            {"contact": {"gap": "1e-3"}},
+            'contact.gap = "1e-3": must be a number, or a number with a',
+        ),
         ({"contact": {"gap": "mm"}}, 'contact.gap = "mm": must be a number, or'),
         ({"contact": {"gap": "nan mm"}}, 'contact.gap = "nan mm": must be a number, or'),
         ({"contact": {"gap": "1e400 mm"}}, 'contact.gap = "1e400 mm": must be '),

@@ -144,11 +144,12 @@ def read_temperatures(file: Path, key: str = "file") -> ScatteredValues:
         status = file.stat()
     except OSError as error:
         raise GeometryError(f"{key} = {file}: cannot be read: {error.strerror}") from error
-    return _read(file.absolute(), key, (status.st_mtime_ns, status.st_size))
+    stamp = status.st_ctime_ns, status.st_mtime_ns, status.st_size
+    return _read(file.absolute(), key, stamp)
 
 
 @lru_cache(maxsize=4)
-def _read(file: Path, key: str, stamp: tuple[int, int]) -> ScatteredValues:
+def _read(file: Path, key: str, stamp: tuple[int, ...]) -> ScatteredValues:
     """The table of a file; `stamp` is another one when the file has changed."""
     table = read_table(file, key)
     if len(table.rows) > MOST_POINTS:

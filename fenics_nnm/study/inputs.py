@@ -30,12 +30,14 @@ def input_digests(study: Study) -> dict[str, str]:
     for key, path in input_files(study).items():
         with suppress(OSError):
             status = path.stat()
-            found[key] = _digest(path.absolute(), (status.st_mtime_ns, status.st_size))
+            found[key] = _digest(
+                path.absolute(), (status.st_ctime_ns, status.st_mtime_ns, status.st_size)
+            )
     return found
 
 
 @lru_cache(maxsize=128)
-def _digest(path: Path, stamp: tuple[int, int]) -> str:
+def _digest(path: Path, stamp: tuple[int, ...]) -> str:
     """Digest of a file; `stamp` is another one when the file has changed."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

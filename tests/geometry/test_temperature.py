@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from itertools import product
 from pathlib import Path
 
@@ -78,3 +79,12 @@ def test_tables_that_are_none(header: str, rows: np.ndarray, words: str, tmp_pat
     with pytest.raises(GeometryError, match=words) as error:
         read_temperatures(written(tmp_path / "t.csv", header, rows))
     assert "t.csv" in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_table_with_the_size_and_time_of_another_one_is_read_anew(tmp_path: Path) -> None:
+    """Copies that keep the time of a file have it."""
+    for kelvin in (300.0, 400.0):
+        file = written(tmp_path / "t.csv", "x_m,T_K", np.array([[0.0, 300.0], [1.0, kelvin]]))
+        os.utime(file, (1e9, 1e9))
+        found = TabulatedTemperatures(read_temperatures(file), None)
+        assert found.table.values.max() == kelvin

@@ -99,7 +99,8 @@ class Uphill:
         by, count = condition.gradient(equations, start.at), len(metric.parameters)
         by_parameter = by.parameters[:count] * metric.parameters
         gradient = np.concatenate([(by.q / metric.weight).ravel(), by_parameter])
-        first = curve_point(equations, start, -gradient if self.falls else gradient)
+        with np.errstate(invalid="ignore"):  # at a fold it has no part along the branch
+            first = curve_point(equations, start, -gradient if self.falls else gradient)
         if not first.orientation:
             raise _level(self.quantity, self.falls)
         return first

@@ -12,13 +12,14 @@ from fenics_nnm.continuation.arc_length import (
     curve_point,
     scaled_jacobian,
 )
+from fenics_nnm.continuation.heading import Rising, Uphill
 from fenics_nnm.continuation.trace import End, NoRules, Trace
 from fenics_nnm.continuation.trace_options import ArcLength, Predictor, Range
 from fenics_nnm.errors import ModelError
 from fenics_nnm.mechanics.contact_law import Complementarity
 from fenics_nnm.mechanics.fourier import CosineSeries, FourierSeries, Series
 from fenics_nnm.mechanics.model import ReducedModel
-from fenics_nnm.nonlinear.conditions import FixedEnergy
+from fenics_nnm.nonlinear.conditions import FREQUENCY, GAMMA, FixedEnergy
 from fenics_nnm.nonlinear.equations import HarmonicEquations, harmonic_equations
 from fenics_nnm.nonlinear.newton import solve
 from fenics_nnm.nonlinear.solution import Solution
@@ -146,9 +147,22 @@ def test_every_end_names_its_reason() -> None:
     assert down.reason == "gamma leaves its range at 0.1"
 
 
+@pytest.mark.parametrize("series", [CosineSeries(6, 48), FourierSeries(6, 48)])
+def test_heading_by_a_gradient_is_that_by_singular_vectors(series: Series) -> None:
+    of = equations(series)
+    start = at_energy(of, 1.5)
+    for quantity in (GAMMA, FREQUENCY):
+        for falls in (False, True):
+            by_gradient = Uphill(quantity, falls).first(problem(of), start)
+            by_vectors = Rising(quantity, falls).first(problem(of), start)
+            np.testing.assert_allclose(by_gradient.tangent, by_vectors.tangent, atol=1e-9)
+            assert by_gradient.orientation == by_vectors.orientation
+
+
 def test_heading_that_tells_nothing_is_refused() -> None:
     of = equations(CosineSeries(8, 64))
-    with pytest.raises(ModelError, match="level"):
-        mode_trace(problem(of), at_energy(of, 0.9), OMEGA_UP)
+    for heading in (OMEGA_UP, Uphill(FREQUENCY)):
+        with pytest.raises(ModelError, match="level"):
+            mode_trace(problem(of), at_energy(of, 0.9), heading)
     with pytest.raises(ModelError, match="smallest_step"):
         ArcLength(step=1e-6)

@@ -100,14 +100,14 @@ class OtherMotions:
         """The motion at which the family of a neighbour comes to an energy, if it does."""
         finest, newton = self.cascade.levels[-1], self.cascade.newton
         start = self.maker.solution(neighbour).completed(finest.equations)
-        ends = sorted((start.energies.gamma, ratio * GRAZING_GAMMA))
+        low, high = sorted((start.energies.gamma, ratio * GRAZING_GAMMA))
         try:
             path = trace(
                 finest.problem(newton),
                 start,
                 Uphill(GAMMA, falls=ratio < neighbour.gamma_ratio),
                 options=replace(_STEPS, newton=newton),
-                bounds=(Bound(GAMMA, Range(*ends)),),
+                bounds=(Bound(GAMMA, Range(low, high)),),
                 events=(),
                 rules=NoRules(),
             )

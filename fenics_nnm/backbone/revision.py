@@ -111,4 +111,5 @@ def _expected_frequency(points: Sequence[BranchPoint], i: int) -> float:
     sound = sorted((p.gamma_ratio, p.frequency_ratio) for p in beside if p is not None)
     if not sound:
         return points[i].frequency_ratio
-    return float(np.interp(points[i].gamma_ratio, *zip(*sound, strict=True)))
+    ratios, frequencies = np.transpose(sound)
+    return float(np.interp(points[i].gamma_ratio, ratios, frequencies))

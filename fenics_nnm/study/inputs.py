@@ -30,9 +30,8 @@ def input_digests(study: Study) -> dict[str, str]:
     for key, path in input_files(study).items():
         with suppress(OSError):
             status = path.stat()
-            found[key] = _digest(
-                path.absolute(), (status.st_ctime_ns, status.st_mtime_ns, status.st_size)
-            )
+            stamp = status.st_ctime_ns, status.st_mtime_ns, status.st_size
+            found[key] = _digest(path.absolute(), stamp)
     return found
 
 

@@ -19,7 +19,7 @@ from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.mechanics.motion import Motion, free_displacement
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
-from fenics_nnm.results.stored_branch import read_stored_branch
+from fenics_nnm.results.stored_branch import body_in
 from fenics_nnm.running.preparing import Ready
 
 
@@ -48,7 +48,7 @@ def measuring_of(ready: Ready) -> Measuring:
         return MatrixMeasures(basis, prepared.model_in_contact, series)
     ready.bases.forget()
     strengths = strengths_of([region.material for region in linear.body.solid.body.regions])
-    branch = read_stored_branch(ready.staging.branch)
+    branch = body_in(ready.staging.branch, ready.header)
     return extremes_of(branch, study.output.frames, strengths, ready.bases)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from dolfinx import fem
 
 from fenics_nnm.arrays import Array
+from fenics_nnm.fem.compat import cell_nodes
 
 #: Corners, and three (or fewer) others that edges lead to from each, by the kind of a cell.
 _CORNERS: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -35,7 +36,7 @@ def turned_inside_out(displacement: fem.Function) -> int:
     if not corners:
         return 0
     owned, dim = mesh.topology.index_map(mesh.topology.dim).size_local, mesh.topology.dim
-    places = mesh.geometry.x[mesh.geometry.dofmap[:owned], :dim]
+    places = mesh.geometry.x[cell_nodes(mesh)[:owned], :dim]
     moved = displacement.x.array.reshape(-1, dim)[space.dofmap.list[:owned]]
     count = max(map(max, corners)) + 1
     before, after = places[:, :count], places[:, :count] + moved[:, :count]

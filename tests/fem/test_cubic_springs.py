@@ -12,7 +12,7 @@ import pytest
 from conftest import BEAM, PLATE, Ended
 from mpi4py import MPI
 
-from fenics_nnm.backbone.verdict import Judgement
+from fenics_nnm.backbone.verdict import Judge, Judgement
 from fenics_nnm.mechanics.force import CubicSprings
 from fenics_nnm.results import branch_file
 from fenics_nnm.structure.analysis import linear_analysis, nonlinear_mode
@@ -42,11 +42,12 @@ def frequencies(modes: int, spring: dict[str, Any]) -> np.ndarray:
     (force,) = analysis.reduction.forces
     assert isinstance(force, CubicSprings) and force.shapes.shape == (1, modes + 1)
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Judge, "judged", lambda judge, found: found)
         patch.setattr(
-            sys.modules["fenics_nnm.backbone.follow"],
-            "judged",
-            lambda model, series, found, **_: Judgement(found.points, Bifurcations()),
+            Judge, "judgement", lambda judge, found: Judgement(found.points, Bifurcations())
         )
+        follow = sys.modules["fenics_nnm.backbone.follow"]
+        patch.setattr(follow, "revised", lambda judge, motions, found, on_point: found)
         branch = nonlinear_mode(study, analysis)
     assert branch.complete, branch.reason
     linear = analysis.modes.frequencies[0]

@@ -35,12 +35,12 @@ from fenics_nnm.cli import main
 files.NODES_OF_PART = {nodes}
 done, kept = 0, files.MotionFiles.keep_stresses
 
-def keep(self, part, motions):
+def keep(self, part, used, motions):
     global done
     done += 1
     if MPI.COMM_WORLD.rank == {failing} and done == 2:
         raise {error}
-    kept(self, part, motions)
+    kept(self, part, used, motions)
 
 files.MotionFiles.keep_stresses = keep
 code = main(sys.argv[1:])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -25,8 +24,7 @@ class WrittenFigure(Figure):
         super().draw(renderer)
 
     def _of_ticks(self) -> Iterator[Text]:
-        for axis in self.findobj(Axis):
-            if isinstance(axis, Axis):
-                yield axis.offsetText
-                for tick in (*axis.majorTicks, *axis.minorTicks):
-                    yield from (tick.label1, tick.label2)
+        for axis in (axis for axes in self.axes for axis in (axes.xaxis, axes.yaxis)):
+            yield axis.offsetText
+            for tick in (*axis.majorTicks, *axis.minorTicks):
+                yield from (tick.label1, tick.label2)

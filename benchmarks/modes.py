@@ -50,12 +50,13 @@ def by_lanczos(inverse: Factored, free: int, count: int) -> Array:
 
 def by_slepc(inverse: Factored, count: int) -> Array:
     """Squared circular frequencies."""
-    eps = eigenproblem(inverse.system.stiffness, inverse.system.mass, "reference_")
-    eps.getST().setKSP(inverse.ksp)
+    factors, mass = inverse.inverse, inverse.inverse.matrix_in_order(inverse.system.mass)
+    eps = eigenproblem(factors.ksp.getOperators()[0], mass, "reference_")
+    eps.getST().setKSP(factors.ksp)
     ask_for(eps, count + SPARE)
     eps.solve()
     found = [eps.getEigenvalue(index).real for index in range(eps.getConverged())]
-    vector = inverse.system.mass.createVecRight()
+    vector = mass.createVecRight()
     for index in range(count):
         eps.getEigenvector(index, vector)
     return np.sort(found)[:count]  # not destroyed: that would reset the factors of the next pair

@@ -9,34 +9,35 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.block import product, solved
+from fenics_nnm.fem.block import product
+from fenics_nnm.fem.ordered import Ordered
 from fenics_nnm.fem.sparsity import without_zeros
 from fenics_nnm.fem.system import System
 
 
 @dataclass(frozen=True, slots=True)
 class Factored:
-    """The system that is solved, as `block_lanczos.Inverse`.
+    """The system that is solved, as `block_lanczos.Inverse`: rows are in the order of its factors.
 
     Attributes:
-        ksp: Solver with the factors of K.
-        system: Stiffness and mass.
+        inverse: The factors of K.
+        system: Stiffness and mass, in their own order.
         mass_matrix: Its mass without the zeros that the stiffness has entries at.
         comm: Ranks.
         generator: Of random displacements, of this rank.
     """
 
-    ksp: PETSc.KSP
+    inverse: Ordered
     system: System
     mass_matrix: PETSc.Mat
     comm: MPI.Comm
     generator: np.random.Generator
 
     @classmethod
-    def of(cls, ksp: PETSc.KSP, system: System, comm: MPI.Comm) -> Factored:
+    def of(cls, inverse: Ordered, system: System, comm: MPI.Comm) -> Factored:
         """With a generator that gives the same numbers in each run."""
-        mass = without_zeros(system.mass)
-        return cls(ksp, system, mass, comm, np.random.default_rng(comm.rank))
+        mass = without_zeros(inverse.matrix_in_order(system.mass))
+        return cls(inverse, system, mass, comm, np.random.default_rng(comm.rank))
 
     @property
     def rows(self) -> int:
@@ -45,7 +46,7 @@ class Factored:
 
     def solve(self, forces: Array) -> Array:
         """K^-1 f, columns of shape (n_owned, k)."""
-        return solved(self.ksp, forces)
+        return self.inverse.solve_in_order(forces)
 
     def mass(self, columns: Array) -> Array:
         """M u, columns of shape (n_owned, k)."""

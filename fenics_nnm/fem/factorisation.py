@@ -85,6 +85,16 @@ def takes_cholmod(matrix: PETSc.Mat, memory: float | None) -> bool:
     return matrix.comm.size == 1 and fits and known
 
 
+def mumps_asked_for(prefix: str) -> bool:
+    """Whether the user's PETSc options of a prefix choose a solver, or are options of MUMPS."""
+    given = PETSc.Options(prefix).getAll()
+    ours = {ROOT_ALONE[0]}
+    return any(
+        name == "pc_factor_mat_solver_type" or (name.startswith("mat_mumps_") and name not in ours)
+        for name in given
+    )
+
+
 def negative_pivots(ksp: PETSc.KSP) -> int:
     """Number of negative eigenvalues of a matrix that was factorised.
 

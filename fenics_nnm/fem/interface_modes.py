@@ -50,8 +50,9 @@ def fixed_interface_modes(
     Raises:
         ConvergenceError: if the eigensolver fails.
     """
-    system = inverse.system
-    held = _Held(inverse, system.forces(forces), system.independent(attachments))
+    system, factors = inverse.system, inverse.inverse
+    pushed, moved = system.forces(forces), system.independent(attachments)
+    held = _Held(inverse, factors.in_order(pushed), factors.in_order(moved))
     lanczos = BlockLanczos(held, inverse.rows, free - forces.shape[1], count, 0)
     lanczos.run()
-    return system.whole(lanczos.shapes(count))
+    return system.whole(factors.restored(lanczos.shapes(count)))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import (
@@ -15,18 +14,13 @@ from fenics_nnm.errors import (
     ModelError,
     OutOfMemoryError,
 )
-from fenics_nnm.fem.block import product, solved
+from fenics_nnm.fem.block import product
 from fenics_nnm.fem.block_lanczos import BlockLanczos
 from fenics_nnm.fem.factored import Factored
-from fenics_nnm.fem.factorisation import (
-    ROOT_ALONE,
-    factorise,
-    limited_memory,
-    negative_pivots,
-    use_mumps,
-)
+from fenics_nnm.fem.factorisation import ROOT_ALONE, mumps_asked_for, negative_pivots
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
+from fenics_nnm.fem.ordered import Ordered, pays
 from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.fem.parts import parts_that_move
 from fenics_nnm.fem.solid import Solid
@@ -40,6 +34,9 @@ _RIGID = 6
 
 #: Strain energy over that of each displacement alone, of motions that strain a body.
 _STRAINED = 1e-12
+
+#: Prefix of PETSc options of the factorisation.
+_PREFIX = "nnm_st_"
 
 #: How often modes that the count finds missing are looked for.
 _SEARCHES = 5
@@ -69,20 +66,16 @@ class DirectModalSolver(HeldTogether):
         self.free = solid.free
         super().__init__(solid.tagged.mesh.comm)
         self._system = solid.system
-        self._ksp = PETSc.KSP().create(self._system.stiffness.comm)
-        self._ksp.setOptionsPrefix("nnm_st_")
-        self._ksp.setOperators(self._system.stiffness)
-        use_mumps(self._ksp, () if solid.state is None else (ROOT_ALONE,))
-        self._factorise()
+        self._inverse = self._by_cholmod() or self._by_mumps()
 
     @property
     def negative(self) -> int:
         """Number of negative eigenvalues of the stiffness of a body under loads; on all ranks."""
-        return negative_pivots(self._ksp)
+        return negative_pivots(self._inverse.ksp)
 
     def release(self) -> None:
         """Free the factorisation."""
-        self._ksp.destroy()
+        self._inverse.release()
 
     def modes(self, count: int) -> LinearModes:
         """The `count` lowest modes, with a check that none was missed.
@@ -113,7 +106,7 @@ class DirectModalSolver(HeldTogether):
         Returns:
             Displacements in m, shape (n_owned, k).
         """
-        return self._system.whole(solved(self._ksp, self._system.forces(forces)))
+        return self._system.whole(self._inverse.solve(self._system.forces(forces)))
 
     def fixed_interface_modes(self, forces: Array, attachments: Array, count: int) -> Array:
         """The lowest modes with the contact interface held, from the same factorisation.
@@ -133,20 +126,43 @@ class DirectModalSolver(HeldTogether):
 
     def factored(self) -> Factored:
         """K^-1 and M."""
-        return Factored.of(self._ksp, self._system, self._solid.tagged.mesh.comm)
+        return Factored.of(self._inverse, self._system, self._solid.tagged.mesh.comm)
 
-    def _factorise(self) -> None:
+    def _by_cholmod(self) -> Ordered | None:
+        """Factors in the order of nested dissection; none where others suit better, or are needed.
+
+        CHOLMOD fails where the stiffness is not positive definite: MUMPS then counts how often.
+        """
+        if self._system.keys or mumps_asked_for(_PREFIX) or not pays(self._solid, self._memory):
+            return None
+        inverse = Ordered.of(self._solid, self._memory, _PREFIX)
         try:
-            with limited_memory(self._ksp, self._memory):
-                factorise(self._ksp)
+            inverse.factorise(self._memory)
+        except ConvergenceError:
+            inverse.release()
+            return None
+        return inverse
+
+    def _by_mumps(self) -> Ordered:
+        """Factors by MUMPS.
+
+        Raises:
+            ModelError: if the stiffness cannot be factorised.
+            OutOfMemoryError: if the memory is not enough.
+        """
+        settings = () if self._solid.state is None else (ROOT_ALONE,)
+        inverse = Ordered.by_mumps(self._system.stiffness, _PREFIX, settings)
+        try:
+            inverse.factorise(self._memory)
         except ConvergenceError as error:
-            self._ksp.destroy()
+            inverse.release()
             if isinstance(error, OutOfMemoryError):
                 raise
             raise ModelError(
                 "the stiffness cannot be factorised: rigid-body modes (is the body clamped?): "
                 f"{error}{parts_that_move(self._solid)}"
             ) from error
+        return inverse
 
     def _counted(self, lanczos: BlockLanczos, count: int) -> LinearModes:
         """Modes that were counted.
@@ -157,13 +173,13 @@ class DirectModalSolver(HeldTogether):
         """
         squared = _squared(lanczos.theta[: count + _SPARE + _RIGID])
         if len(squared) < min(count + _SPARE, self.free):
-            squared = self._with_lost(squared, lanczos.shapes(len(squared)))
+            squared = self._with_lost(squared, self._inverse.restored(lanczos.shapes(len(squared))))
         assert_held(self._solid, squared)
         squared = squared[: count + _SPARE]
         order = np.argsort(squared)
         squared = squared[order]
         below = counted_below(self._solid, squared, count, self._memory)
-        shapes = lanczos.shapes(len(squared))[:, order[:count]]
+        shapes = self._inverse.restored(lanczos.shapes(len(squared))[:, order[:count]])
         return LinearModes(np.sqrt(squared[:count]), self._system.whole(shapes), below)
 
     def _with_lost(self, squared: Array, shapes: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from fenics_nnm.fem.factorisation import (
     order_kept,
     takes_cholmod,
     use_fastest,
+    use_mumps,
 )
 from fenics_nnm.fem.solid import Solid
 
@@ -44,14 +46,26 @@ class Ordered:
             memory: Memory in bytes that a rank may take for factors; no limit if None.
             prefix: Prefix of its PETSc options.
         """
-        matrix = solid.stiffness
-        kept = takes_cholmod(matrix, memory) and worth_dissecting(solid.space)
+        matrix, kept = solid.stiffness, pays(solid, memory)
         order = dissected(solid.space) if kept else np.arange(solid.owned)
-        ksp = PETSc.KSP().create(matrix.comm)
-        ksp.setOptionsPrefix(prefix)
-        ksp.setOperators(_permuted(matrix, order) if kept else matrix)
+        ksp = _solver(_permuted(matrix, order) if kept else matrix, prefix)
         use_fastest(ksp, memory, (ROOT_ALONE,))
         return cls(ksp, order, kept)
+
+    @classmethod
+    def by_mumps(
+        cls, matrix: PETSc.Mat, prefix: str, settings: Sequence[tuple[str, int]] = ()
+    ) -> Ordered:
+        """MUMPS, which finds an order by itself, for any symmetric matrix; not factorised yet.
+
+        Args:
+            matrix: Matrix.
+            prefix: Prefix of its PETSc options.
+            settings: Options of MUMPS and their values.
+        """
+        ksp = _solver(matrix, prefix)
+        use_mumps(ksp, settings)
+        return cls(ksp, np.arange(matrix.getLocalSize()[0]), kept=False)
 
     def factorise(self, memory: float | None) -> None:
         """Factorise the matrix, with some memory in bytes at most.
@@ -69,13 +83,52 @@ class Ordered:
         Raises:
             ConvergenceError: if the solver fails.
         """
+        return self.restored(self.solve_in_order(self.in_order(columns)))
+
+    def solve_in_order(self, columns: Array) -> Array:
+        """Solutions in the order of the solver for right-hand sides in this order.
+
+        Raises:
+            ConvergenceError: if the solver fails.
+        """
+        return solved(self.ksp, columns)
+
+    def matrix_in_order(self, matrix: PETSc.Mat) -> PETSc.Mat:
+        """A symmetric matrix of the body with its rows in the order of the solver."""
+        return _permuted(matrix, self.order) if self.kept else matrix
+
+    def in_order(self, columns: Array) -> Array:
+        """Columns of shape (n_owned, k) with their rows in the order of the solver."""
+        return columns[self.order] if self.kept else columns
+
+    def restored(self, columns: Array) -> Array:
+        """Columns in the order of the solver, shape (n_owned, k), in that of the matrix."""
+        if not self.kept:
+            return columns
         found = np.empty(columns.shape, order="F")
-        found[self.order] = solved(self.ksp, columns[self.order])
+        found[self.order] = columns
         return found
 
     def release(self) -> None:
         """Free the factors."""
         self.ksp.destroy()
+
+
+def pays(solid: Solid, memory: float | None) -> bool:
+    """Whether CHOLMOD in the order of nested dissection is the fastest for a body.
+
+    Args:
+        solid: Body.
+        memory: Memory in bytes that a rank may take for factors; no limit if None.
+    """
+    return takes_cholmod(solid.stiffness, memory) and worth_dissecting(solid.space)
+
+
+def _solver(matrix: PETSc.Mat, prefix: str) -> PETSc.KSP:
+    ksp = PETSc.KSP().create(matrix.comm)
+    ksp.setOptionsPrefix(prefix)
+    ksp.setOperators(matrix)
+    return ksp
 
 
 def _permuted(matrix: PETSc.Mat, order: Indices) -> PETSc.Mat:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,11 @@ from petsc4py import PETSc
 from fenics_nnm.fem import dissection
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.loads import Loads, Rotation
+from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.ordered import Ordered
 from fenics_nnm.fem.solid import Solid
 from fenics_nnm.fem.static_state import loaded
+from fenics_nnm.fem.system import FreeSystem
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.mesh_structure import MeshStructure
 from fenics_nnm.study import MeshStudy, study_from
@@ -73,3 +76,50 @@ def test_a_static_state_does_not_depend_on_the_order(
         found.append(state.owned(solid.owned))
     assert np.abs(found[0] - found[1]).max() < 1e-10 * np.abs(found[1]).max()
     assert (found[0] != found[1]).any()
+
+
+def factored_by(solver: DirectModalSolver) -> str:
+    return str(solver.factored().inverse.ksp.getPC().getFactorSolverType())
+
+
+@pytest.mark.usefixtures("dissecting")
+def test_modes_do_not_depend_on_the_order(solid: Solid, monkeypatch: pytest.MonkeyPatch) -> None:
+    forces = np.zeros((solid.owned, 2))
+    forces[[50, 100], [0, 1]] = 1.0
+    found = []
+    for solver_type in ("cholmod", "mumps"):
+        if solver_type == "mumps":
+            monkeypatch.setattr(dissection, "_WORTHWHILE", 10**6)
+        with DirectModalSolver(solid) as solver:
+            assert factored_by(solver) == solver_type and solver.negative == 0
+            still = solver.static(forces)
+            held = solver.fixed_interface_modes(forces, still, 4)
+            found.append((solver.modes(6), still, np.abs(held)))
+    (one, still, held), (other, still_too, held_too) = found
+    assert one.omega == pytest.approx(other.omega, rel=1e-10)
+    assert one.checked_below == pytest.approx(other.checked_below, rel=1e-9)
+    assert still == pytest.approx(still_too, abs=1e-10 * np.abs(still_too).max())
+    assert held == pytest.approx(held_too, abs=1e-6 * held_too.max())
+
+
+@pytest.mark.usefixtures("dissecting")
+def test_mumps_counts_where_the_stiffness_is_not_definite(solid: Solid) -> None:
+    with DirectModalSolver(solid) as solver:
+        omega = solver.modes(6).omega
+    K = solid.stiffness.copy()
+    K.axpy(-float(omega[2] * omega[3]), solid.mass, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+    shifted = replace(solid, stiffness=K, system=FreeSystem(K, solid.mass))
+    with DirectModalSolver(shifted) as solver:
+        assert factored_by(solver) == "mumps" and solver.negative == 3
+
+
+@pytest.mark.usefixtures("dissecting")
+@pytest.mark.parametrize("option", ["mat_mumps_icntl_14", "pc_factor_mat_solver_type"])
+def test_options_of_mumps_are_for_mumps(solid: Solid, option: str) -> None:
+    options = PETSc.Options("nnm_st_")
+    options.setValue(option, "mumps" if "type" in option else "30")
+    try:
+        with DirectModalSolver(solid) as solver:
+            assert factored_by(solver) == "mumps"
+    finally:
+        options.delValue(option)

@@ -99,7 +99,8 @@ def main() -> None:
     if asked.long:
         chosen = long_sentences(asked.long)
     else:
-        chosen = random.Random(asked.seed).sample(whole_sentences(), asked.count)
+        every = whole_sentences()
+        chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
     for number, (page, text) in enumerate(chosen, start=1):
         sys.stdout.write(f"{number}. {page}: {text}\n")
 

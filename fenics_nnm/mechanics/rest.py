@@ -33,6 +33,10 @@ _ROUND_OFF = 1e-9
 #: A mode whose contact points move less than this part of the largest motion holds them still.
 _STILL = 1e-10
 
+#: Round-off mixes the shapes of modes by `_STILL` over the distance of their squared frequencies,
+#: relative; of all but double modes by at most this multiple of it.
+_MOST_MIXED = 1e4
+
 #: Points that move alike: their motions differ by less than this part.
 _ALIKE = 1e-6
 
@@ -170,10 +174,21 @@ class RestState:
 
     def _is_still(self, mode: int) -> bool:
         """Whether a mode moves no contact point towards its obstacle, in second order neither."""
-        largest = np.abs(self.motion).max()
-        moves = np.abs(self.motion[:, mode]).max() > _STILL * largest
+        motions = np.abs(self.motion).max(axis=0)
+        largest = motions.max()
+        moves = motions[mode] > _STILL * (self._mixing(mode) * motions).max()
         bend = self.curvature[:, mode].max() * np.abs(self.clearance).max()
         return not moves and bool(bend <= _STILL * largest**2)
+
+    def _mixing(self, mode: int) -> Array:
+        """How much of each mode round-off brings into the shape of one, over `_STILL`, shape (J,).
+
+        An error e of K - s M mixes two modes by e s over the distance of their squared frequencies.
+        """
+        squares = self.omega**2
+        apart = np.abs(squares - squares[mode])
+        mixing = np.asarray(squares[mode] / np.maximum(apart, squares[mode] / _MOST_MIXED))
+        return np.maximum(np.where(np.arange(len(mixing)) == mode, 1.0, mixing), 1.0)
 
     def _approaches(self, mode: int) -> bool:
         """Whether a mode, with what second order adds, brings any point to its event."""

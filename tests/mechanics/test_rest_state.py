@@ -239,6 +239,19 @@ def test_pressed_rod_has_the_frequency_of_the_clamped_one() -> None:
         assert points[ratio].motion.frequency == pytest.approx(exact, rel=5e-4)
 
 
+@pytest.mark.parametrize(("neighbour", "still"), [(1.003, True), (2.0, False)])
+def test_round_off_of_a_shape_is_no_motion_towards_the_obstacle(
+    neighbour: float, still: bool
+) -> None:
+    """Tines in phase, beside a mode out of phase that is 0.3 % higher, or far away."""
+    model = ReducedModel([1.0, neighbour], [[1.4e-9, 1.0]], [[0.1]], [1e-4])
+    assert model.at_rest().touches(0) is not still
+    if still:
+        with pytest.raises(ModelError, match="does not move any contact point"):
+            model.grazing_amplitude(0)
+    assert model.grazing_amplitude(1) == pytest.approx(1e-4)
+
+
 def test_points_with_mass_need_positive_gaps() -> None:
     model = ReducedModel([1.0], [[1.0]], [[0.0]], [-0.1], contact=MASSIVE)
     with pytest.raises(ModelError, match=r"gap = -0.1: must be positive where contact"):

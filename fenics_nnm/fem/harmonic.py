@@ -17,6 +17,9 @@ from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.reduction.flexibility import ACCURACY, ResidualFlexibility
 
+#: Where K - s M is singular in round-off, s is moved by this part of it.
+_ASIDE = 1e-8
+
 
 def inertial_blocks(analysis: LinearAnalysis, series: Series, motion: Motion) -> Blocks:
     """Harmonics in m of what inertia adds to the static residual shapes, (N + 1, nodes, dim).
@@ -97,15 +100,15 @@ class HarmonicSolver(HeldTogether):
         """
         added = np.zeros((len(ell), len(self._mass_static)))
         for n in np.unique(order[order > 0]):
-            s, rows = (n * omega) ** 2, order == n
-            self._factorise(s)
+            rows = order == n
+            s = self._factorise((n * omega) ** 2)
             inertia = s * (self._mass_static @ ell[rows].T)
             added[rows] = self._deflated(self._solved(inertia)).T
         return added
 
     def _parabola(self, s: float) -> tuple[float, Array, Array, Array]:
-        """Centre, D, D' and D'' / 2 at s."""
-        self._factorise(s)
+        """Centre, D, D' and D'' / 2 at s, or just beside it."""
+        s = self._factorise(s)
         X = self._deflated(self._solved(self._forces))
         mass_X = product(self._analysis.solid.mass, X)
         second = self._solved(mass_X)
@@ -116,7 +119,20 @@ class HarmonicSolver(HeldTogether):
         whole = self._comm.allreduce(left.T @ right)
         return np.asarray((whole + whole.T) / 2)
 
-    def _factorise(self, s: float) -> None:
+    def _factorise(self, s: float) -> float:
+        """Factorise at s, or beside it where a frequency of the mesh makes it singular; returns s.
+
+        D has no pole at the frequencies of the explicit modes, so that it is smooth there.
+        """
+        try:
+            self._factorise_at(s)
+        except ConvergenceError:
+            s *= 1 + _ASIDE
+            self._ksp.getPC().reset()  # MUMPS goes on from no factorisation that failed
+            self._factorise_at(s)
+        return s
+
+    def _factorise_at(self, s: float) -> None:
         system = self._system
         same = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
         system.stiffness.copy(self._matrix, same)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import PLATE, changed
+from conftest import PLATE, ROD, changed
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -73,6 +73,18 @@ def test_flexibility_against_dense_matrices() -> None:
             growth = 2 * np.arange(6)[:, None, None] ** 2 * omega
             difference = (ends[0] - ends[1]) / (2 * step)
             assert np.abs(slope * growth - difference).max() < 1e-6 * np.abs(slope * growth).max()
+
+
+def test_coarse_rod_at_its_own_frequency_has_a_full_order_branch() -> None:
+    """Of 9 unknowns the harmonic equations of the linear motion are singular to the last digit."""
+    mesh = {"model": "rod", "length": 1.0, "elements": 4}
+    study = changed(ROD, {"mesh": {"=": mesh}, "body": {"degree": 2}, "reduction": {"modes": 2}})
+    analysis = linear_analysis(study_from(study, Path("study.toml")), MPI.COMM_SELF)
+    first = analysis.model.omega[0]
+    with HarmonicSolver(analysis, harmonics=2) as solver:
+        at, beside = (solver(omega).at(omega)[0] for omega in (first, first * (1 + 1e-5)))
+        assert solver.factorisations == 2
+    np.testing.assert_allclose(at, beside, rtol=1e-4)
 
 
 def test_harmonics_are_factorised_again_only_where_the_frequency_moved() -> None:

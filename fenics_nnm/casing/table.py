@@ -25,6 +25,9 @@ _FEWEST, _WIDEST = 4, 2 * np.pi / 3 + 1e-9
 #: Angles in radians that are nearer than this are the same.
 _SAME = 1e-9
 
+#: Angles of one turn, written from any angle on, spread over less than this, in radians.
+_MOST_SPREAD = 4 * np.pi
+
 _ANGLES = {"theta_deg": math.pi / 180, "theta_rad": 1.0}
 
 
@@ -97,7 +100,19 @@ def read_radii(file: Path) -> RadiusTable:
     x, r = (table.column_with_unit(name) for name in "xr")
     scale = [_ANGLES[angle], *(METRES[name.split("_")[1]] for name in (x, r))]
     rows = [[row.number(angle), row.number(x), row.number(r, positive=True)] for row in table.rows]
-    return RadiusTable.of(*_grid(file, np.array(rows) * scale))
+    values = np.array(rows) * scale
+    _check_one_turn(file, angle, values[:, 0])
+    return RadiusTable.of(*_grid(file, values))
+
+
+def _check_one_turn(file: Path, column: str, angles: Array) -> None:
+    """Refuse degrees that stand in a column of radians: they go around many times."""
+    turns = float(np.ptp(angles)) / (2 * np.pi)
+    if turns >= _MOST_SPREAD / (2 * np.pi):
+        raise GeometryError(
+            f"{file}: {column} goes around {turns:.3g} times: must be the angles of one turn: "
+            "check degrees and radians"
+        )
 
 
 def _grid(file: Path, values: Array) -> tuple[Array, Array, Array]:

@@ -192,6 +192,7 @@ def test_table_is_read_with_its_units(tmp_path: Path) -> None:
         ("90,50,10.5", "90,50", "line 5: 2 cells, must be 3"),
         ("90,50,10.5", "90,50,-1", "line 5: r_in = -1: must be positive"),
         ("270,0", "360,0", "must have each pair once"),
+        ("theta_deg", "theta_rad", "theta_rad goes around 43 times: must be the angles of one"),
     ],
 )
 def test_bad_tables_are_refused(old: str, new: str, words: str, tmp_path: Path) -> None:

@@ -108,12 +108,19 @@ def _outside(
 def _of_gaps(study: MeshStudy, linear: LinearAnalysis, size: float) -> Iterator[str]:
     """The smallest gap of each patch, or its largest interference.
 
-    Distances between facets of the mesh are passed over: no unit is given for them.
+    Distances between facets of the mesh have no unit of their own: of them only facets that lie
+    behind the contact points are told, such as the other end of the body.
     """
     interface = linear.interface
     for number, (key, patch) in enumerate(study.contact.patches.items()):
         gap = float(interface.gap[interface.patch == number].min())
         measured = patch.gap is None and patch.casing is None
+        if measured and -gap > MOST_GAP * size:
+            yield (
+                f"{_given(key, patch)}: lies up to {-gap:.4g} m behind the contact points, "
+                f"{_share(-gap, size)}: such an interference is not small: check contact.facets, "
+                "against and direction"
+            )
         if abs(gap) > MOST_GAP * size and not measured:
             what = "smallest gap" if gap > 0 else "largest interference"
             yield (

@@ -51,6 +51,13 @@ def test_interference() -> None:
     assert line.startswith("contact.gap = -0.06 m: the largest interference is 0.06 m, 6 % of the")
 
 
+def test_facets_behind_the_contact_points() -> None:
+    """The outward normal of one end of a beam, followed backwards, meets the other end."""
+    (line, _) = warnings(BEAM, contact={"=": {"facets": "right", "against": "left"}})
+    assert line.startswith('contact.against = ["left"]: lies up to ')
+    assert "behind the contact points, 100 % of the largest dimension" in line
+
+
 def test_reference_displacement() -> None:
     (line,) = warnings(ROD, contact={"gap": 0.0, "reference_displacement": "20 cm"})
     assert line.startswith("contact.reference_displacement = 0.2 m: the largest motion")

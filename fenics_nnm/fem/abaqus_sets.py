@@ -24,6 +24,9 @@ _SIDES = {
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
 }
 
+#: Members of a line of GENERATE: a file with more nodes has no use.
+_MOST_MEMBERS = 10_000_000
+
 Label = tuple[str, int]
 """Instance, "" without one, and number of a node or element."""
 
@@ -85,7 +88,7 @@ def _labels(card: Card, instance: str, prefix: str, sets: dict[str, list[Label]]
         return [
             (instance, number)
             for first, last, *step in ranges
-            for number in range(first, last + 1, *step)
+            for number in _range(card, first, last, *step)
         ]
     found: list[Label] = []
     for entry in card.entries():
@@ -95,6 +98,23 @@ def _labels(card: Card, instance: str, prefix: str, sets: dict[str, list[Label]]
         else:
             found += _known(sets, entry, prefix, card)
     return found
+
+
+def _range(card: Card, first: int, last: int, step: int = 1) -> range:
+    """Numbers of a line of GENERATE.
+
+    Raises:
+        MeshError: if there are none, or more than a file has.
+    """
+    if first > last or step < 1:
+        raise MeshError(
+            f"{card.place}: {first}, {last}, {step}: the first must not be above the last, and the "
+            "step be 1 or more"
+        )
+    numbers = range(first, last + 1, step)
+    if len(numbers) > _MOST_MEMBERS:
+        raise MeshError(f"{card.place}: {len(numbers)} members: must be fewer")
+    return numbers
 
 
 def _known(sets: dict[str, list[Label]], name: str, prefix: str, card: Card) -> list[Label]:

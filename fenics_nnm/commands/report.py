@@ -6,6 +6,10 @@ import argparse
 from pathlib import Path
 
 from fenics_nnm.commands.shared import DONE, Commands, add_verbose, console_of, show
+from fenics_nnm.errors import StudyError
+
+#: Endings of a page: a file of another name may be a study or data, which a page would replace.
+_SUFFIXES = (".html", ".htm")
 
 
 def add_to(commands: Commands) -> None:
@@ -30,6 +34,8 @@ def _report(arguments: argparse.Namespace) -> int:
     from fenics_nnm.results.kinds import is_response
 
     comm, file = MPI.COMM_WORLD, arguments.output or arguments.results / "report.html"
+    if file.suffix.lower() not in _SUFFIXES:
+        raise StudyError(f"--output {file}: must end in {' or '.join(_SUFFIXES)}")
     write = write_response_report if is_response(arguments.results) else write_report
     on_root(comm, write, arguments.results, file)
     show(console_of(comm), f"report in {file}")

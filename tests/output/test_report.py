@@ -422,6 +422,14 @@ def test_no_results_is_one_line(tmp_path: Path, command: Callable[..., Ended]) -
     command("report", tmp_path / "none").assert_one_line(1, "branch.h5", "results folder")
 
 
+def test_a_page_replaces_no_study(tmp_path: Path, command: Callable[..., Ended]) -> None:
+    study = tmp_path / "rod.toml"
+    study.write_text("kept")
+    ended = command("report", tmp_path, "--output", study)
+    ended.assert_one_line(2, "rod.toml", "must end in .html or .htm")
+    assert study.read_text() == "kept"
+
+
 def test_numbers_are_written_as_people_write_them() -> None:
     assert [plain(x) for x in (0.0, 441337.2, 12.3456, 1e-9, 0.5)] == [
         "0",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,8 +17,17 @@ def size_words(size: int) -> str:
 
 def size_of_folder(folder: Path) -> int:
     """Bytes of all files in a folder and the folders in it."""
+    return _sum(folder.rglob("*"))
+
+
+def size_of_files(folder: Path) -> int:
+    """Bytes of the files in a folder, without the folders in it."""
+    return _sum(folder.glob("*"))
+
+
+def _sum(paths: Iterable[Path]) -> int:
     total = 0
-    for path in folder.rglob("*"):
+    for path in paths:
         with suppress(OSError):  # one of another run, which is gone now
             total += path.lstat().st_size if path.is_file() else 0
     return total

@@ -12,6 +12,7 @@ import pytest
 from written_fields import arrays_of, frames
 
 from fenics_nnm.cli import main
+from fenics_nnm.commands.place import place_line
 from fenics_nnm.mechanics.model import ReducedModel
 from fenics_nnm.results import branch_file
 
@@ -192,6 +193,13 @@ def test_picture_is_not_empty(results: Path) -> None:
     picture = matplotlib.image.imread(results / "backbone.png")
     assert picture.shape[0] > 500
     assert np.ptp(picture[..., :3]) > 0.5
+
+
+def test_size_told_is_that_of_the_results_alone(tmp_path: Path) -> None:
+    for name in ("backbone.csv", "fields/linear/a.vtu", "photos/a.raw"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(bytes(1500))
+    assert place_line(tmp_path) == f"results in {tmp_path} (3 kB)"
 
 
 def test_check_shows_frequencies_and_groups(

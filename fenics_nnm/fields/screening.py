@@ -7,6 +7,10 @@ In coordinates d of deviatoric stress von Mises' square is a sum of five squares
 so that a matrix product gives it at some instants; what others may add is bounded (`thinned`). No
 principal stress is above the mean one and 2/3 of q (Lode angle zero). What may be largest by this
 is then looked at in double precision, at all instants.
+
+Squares in single precision end at 1e38, and shapes of a body of micrometres, of modes of mass 1,
+have stresses beyond 1e19 Pa. So shapes are kept over their largest number, and motions are looked
+at over the largest number that they may reach.
 """
 
 from __future__ import annotations
@@ -63,30 +67,32 @@ class StressScreen:
     """Stresses of shapes in single precision.
 
     Attributes:
-        blocks: Deviatoric numbers and mean stress of each shape at a few nodes after others, each
-            of shape (shapes, 6 m).
-        sizes: Von Mises stress of each shape, and the bound of its tension to either side, each of
-            shape (shapes, n).
+        scales: Largest number of each shape in Pa, shape (shapes,).
+        blocks: Deviatoric numbers and mean stress of each shape over its scale at a few nodes after
+            others, each of shape (shapes, 6 m).
+        sizes: Von Mises stress of each shape, and the bound of its tension to either side, over its
+            scale, each of shape (shapes, n).
         rest: Numbers of the state of rest, each of shape (6, m).
         steady: Those of steady loads, each of shape (6, m).
     """
 
+    scales: Array
     blocks: tuple[Single, ...]
     sizes: tuple[Single, Single]
-    rest: tuple[Single, ...]
-    steady: tuple[Single, ...]
+    rest: tuple[Array, ...]
+    steady: tuple[Array, ...]
 
     def bounds(self, motions: Sequence[Thinned]) -> list[Bounds]:
         """Bounds at all nodes of each motion: of several in one go, which reads shapes once."""
-        few, starts = _few(motions)
+        steps = _Steps.of(motions, self.scales, _largest([*self.rest, *self.steady]))
         parts = [
-            _bounds(np.add((few @ block).reshape(len(few), 6, -1), steady), rest, starts)
+            _bounds(steps.sums(block, 6) + steps.over(steady), steps.over(rest), steps.starts)
             for block, rest, steady in zip(self.blocks, self.rest, self.steady, strict=True)
         ]
         mises, tension, change = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
-        between, pulled = (_bent(motions) @ size for size in self.sizes)
+        between, pulled = (steps.bent @ size for size in self.sizes)
         found = zip(mises + between, tension + pulled, change + between, strict=True)
-        return [Bounds(*each) for each in found]
+        return [Bounds(*(steps.unit * each for each in of_one)) for of_one in found]
 
 
 def _bounds(numbers: Single, rest: Single, starts: Indices) -> tuple[Single, Single, Single]:
@@ -110,11 +116,12 @@ def stress_screen(stresses: Array, rest: Array, steady: Array) -> StressScreen:
     """
     count = stresses.shape[2]
     steady = steady if steady.size else np.zeros((6, count))
-    few = slices(count)
-    blocks = [_numbers(stresses[..., each]) for each in few]
+    few, scales = slices(count), _scales(stresses)
+    blocks = [_single(_numbers(stresses[..., each]) / scales[:, None, None]) for each in few]
     sizes = zip(*map(_sizes, blocks), strict=True)
     mises, tension = (np.concatenate(each, axis=1) for each in sizes)
     return StressScreen(
+        scales,
         tuple(block.reshape(len(block), -1) for block in blocks),
         (mises, tension),
         tuple(_numbers(rest[:, each]) for each in few),
@@ -122,9 +129,9 @@ def stress_screen(stresses: Array, rest: Array, steady: Array) -> StressScreen:
     )
 
 
-def _numbers(stress: Array) -> Single:
+def _numbers(stress: Array) -> Array:
     """Deviatoric numbers and mean stress of stresses (..., 6, m)."""
-    return np.ascontiguousarray(_TO_DEVIATORIC @ stress, dtype=np.float32)
+    return np.asarray(_TO_DEVIATORIC @ stress)
 
 
 def _sizes(numbers: Single) -> tuple[Single, Single]:
@@ -138,22 +145,25 @@ class LengthScreen:
     """Displacements of shapes in single precision.
 
     Attributes:
-        blocks: Displacement of each shape at a few nodes after others, each (shapes, dim m).
-        sizes: Length of each shape, shape (shapes, n).
+        scales: Largest component of each shape, shape (shapes,).
+        blocks: Displacement of each shape over its scale at a few nodes after others, each
+            (shapes, dim m).
+        sizes: Length of each shape over its scale, shape (shapes, n).
         dim: Number of components.
     """
 
+    scales: Array
     blocks: tuple[Single, ...]
     sizes: Single
     dim: int
 
     def bounds(self, motions: Sequence[Thinned]) -> list[Array]:
         """What lengths over time are not above, at all nodes (n,) of each motion."""
-        few, starts = _few(motions)
-        moved = ((few @ block).reshape(len(few), self.dim, -1) for block in self.blocks)
-        found = [np.maximum.reduceat(_length(each), starts) for each in moved]
-        largest = np.concatenate(found, axis=1) + _bent(motions) @ self.sizes
-        return [np.asarray(each) for each in largest]
+        steps = _Steps.of(motions, self.scales)
+        moved = (steps.sums(block, self.dim) for block in self.blocks)
+        found = [np.maximum.reduceat(_length(each), steps.starts) for each in moved]
+        largest = np.concatenate(found, axis=1) + steps.bent @ self.sizes
+        return [np.asarray(steps.unit * each) for each in largest]
 
 
 def length_screen(count: int, dim: int, at: Callable[[slice], Array]) -> LengthScreen:
@@ -164,10 +174,14 @@ def length_screen(count: int, dim: int, at: Callable[[slice], Array]) -> LengthS
         dim: Number of components.
         at: Displacement of shapes at some nodes, shape (shapes, m, dim).
     """
-    parts = (np.swapaxes(at(few), 1, 2) for few in slices(count))
-    blocks = [np.ascontiguousarray(part, dtype=np.float32) for part in parts]
+    few = slices(count)
+    scales = np.maximum.reduce([_scales(at(each)) for each in few])
+    parts = (np.swapaxes(at(each), 1, 2) for each in few)
+    blocks = [_single(part / scales[:, None, None]) for part in parts]
     sizes = np.concatenate([_length(block) for block in blocks], axis=1)
-    return LengthScreen(tuple(block.reshape(len(block), -1) for block in blocks), sizes, dim)
+    return LengthScreen(
+        scales, tuple(block.reshape(len(block), -1) for block in blocks), sizes, dim
+    )
 
 
 def with_largest(
@@ -205,15 +219,55 @@ def slices(count: int) -> list[slice]:
     return [slice(at, at + _NODES_AT_ONCE) for at in range(0, count, _NODES_AT_ONCE)]
 
 
-def _few(motions: Sequence[Thinned]) -> tuple[Single, Indices]:
-    """Amounts at few instants of one motion after the other, and where each begins."""
-    ends = np.cumsum([len(motion.few) for motion in motions])
-    few = np.concatenate([motion.few for motion in motions]).astype(np.float32)
-    return few, np.concatenate([[0], ends[:-1]])
+@dataclass(frozen=True, slots=True)
+class _Steps:
+    """Motions at few instants, one after the other, over the largest number that they may reach.
+
+    Attributes:
+        few: Amounts of scaled shapes, shape (k, shapes).
+        bent: Largest differences from straight lines of each motion, shape (motions, shapes).
+        starts: Where each motion begins in `few`.
+        unit: What all numbers are over.
+    """
+
+    few: Single
+    bent: Single
+    starts: Indices
+    unit: float
+
+    @classmethod
+    def of(cls, motions: Sequence[Thinned], scales: Array, least: float = 0.0) -> _Steps:
+        """Those of motions of shapes with the given scales; the unit is not below the least."""
+        few = scales * np.concatenate([motion.few for motion in motions])
+        bent = scales * np.array([motion.bent for motion in motions])
+        ends = np.cumsum([len(motion.few) for motion in motions])
+        reached = max(float(np.abs(each).sum(axis=1).max()) for each in (few, bent))
+        unit = max(reached, least) or 1.0
+        starts = np.concatenate([[0], ends[:-1]])
+        return cls(_single(few / unit), _single(bent / unit), starts, unit)
+
+    def sums(self, block: Single, components: int) -> Single:
+        """Sums of scaled shapes (shapes, components m) at the instants, (k, components, m)."""
+        return (self.few @ block).reshape(len(self.few), components, -1)
+
+    def over(self, numbers: Array) -> Single:
+        """Numbers over the unit."""
+        return _single(numbers / self.unit)
 
 
-def _bent(motions: Sequence[Thinned]) -> Single:
-    return np.array([motion.bent for motion in motions], dtype=np.float32)
+def _scales(shapes: Array) -> Array:
+    """Largest number of each shape, 1 of one that is zero."""
+    flat = shapes.reshape(len(shapes), -1)
+    largest = np.maximum(flat.max(axis=1, initial=0.0), -flat.min(axis=1, initial=0.0))
+    return np.where(largest > 0, largest, 1.0)
+
+
+def _largest(parts: Sequence[Array]) -> float:
+    return max((float(np.abs(part).max(initial=0.0)) for part in parts), default=0.0)
+
+
+def _single(numbers: Array) -> Single:
+    return np.ascontiguousarray(numbers, dtype=np.float32)
 
 
 def _length(numbers: Single) -> Single:

@@ -203,13 +203,19 @@ def test_bounds_find_the_largest_values() -> None:
     assert with_largest(bound[:2], lambda few: values[few], 4)[1] == pytest.approx(values[:2])
 
 
-def test_bounds_of_the_same_instants_are_the_stresses() -> None:
+@pytest.mark.parametrize("size", [1.0, 1e30, 1e-30])
+def test_bounds_of_the_same_instants_are_the_stresses(size: float) -> None:
+    """Of shapes of a body of micrometres, too, whose squares single precision has not."""
     rng = np.random.default_rng(6)
     shapes, rest = rng.standard_normal((3, 6, 40)), rng.standard_normal((6, 40))
     steady, amounts = rng.standard_normal((6, 40)), rng.standard_normal((2, 3))
-    screen = stress_screen(shapes, rest, steady)
-    other = thinned(rng.standard_normal((2, 3)), np.arange(2))
-    _, bounds = screen.bounds([other, thinned(amounts, np.arange(2))])
+    screen = stress_screen(size * shapes, rest, steady)
+    other = thinned(rng.standard_normal((2, 3)) / size, np.arange(2))
+    _, bounds = screen.bounds([other, thinned(amounts / size, np.arange(2))])
+    at = rng.standard_normal((3, 40, 3))
+    (bound,) = length_screen(40, 3, lambda few: size * at[:, few]).bounds([other])
+    lengths = np.linalg.norm(np.tensordot(size * other.amounts, at, 1), axis=2)
+    assert bound == pytest.approx(lengths.max(axis=0), rel=1e-5)
     stress = np.moveaxis(np.tensordot(amounts, shapes, 1) + steady, 1, 2)
     assert bounds.mises == pytest.approx(von_mises(stress).max(axis=0), rel=1e-5)
     assert bounds.change == pytest.approx(von_mises(stress - rest.T).max(axis=0), rel=1e-5)

@@ -257,8 +257,8 @@ class _Steps:
 
 def _scales(shapes: Array) -> Array:
     """Largest number of each shape, 1 of one that is zero."""
-    flat = shapes.reshape(len(shapes), -1)
-    largest = np.maximum(flat.max(axis=1, initial=0.0), -flat.min(axis=1, initial=0.0))
+    high, low = shapes.max(axis=(1, 2), initial=0.0), shapes.min(axis=(1, 2), initial=0.0)
+    largest = np.maximum(high, -low)
     return np.where(largest > 0, largest, 1.0)
 
 

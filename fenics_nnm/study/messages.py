@@ -70,7 +70,8 @@ def first_error(
         return f"{name}: is missing{_in(unit, _needed(record, loc, place))}"
     if first["type"] == "value_error":
         message = first["msg"].removeprefix("Value error, ")
-        return f"{name}.{message}" if name else message
+        joint = ": " if message.startswith("must ") else "."  # of the section, or of a key in it
+        return f"{name}{joint}{message}" if name else message
     if first["type"] in ("union_tag_invalid", "union_tag_not_found") and isinstance(value, dict):
         return _wrong_tag(record, loc, value, name, first)
     vague = _has_alternatives(loc) and first["type"] != WRONG_LENGTH

@@ -139,7 +139,7 @@ def test_pick_with_the_name_of_a_group_is_refused() -> None:
 
 
 BAD = [
-    ({"tip": {}}, "groups.tip.must have at least one of x, y, z, plane"),
+    ({"tip": {}}, "groups.tip: must have at least one of x, y, z, plane"),
     ({"Tip": {"x": "far"}}, 'groups.Tip.x = "far": must be a number'),
     ({"tip": {"xx": 1.0}}, "groups.tip.xx: unknown key"),
     ({"tip": {"plane": {"normal": "x"}}}, "groups.tip.plane.point: is missing"),

@@ -46,7 +46,7 @@ CASING = {"shape": "cylinder", "axis": "z", "radius": 2.0, "growth": 1e-4}
             {"rotation": SPIN, "spring": [{"at": [1.0], "cubic": [1e9]}]},
             "rotation: does not go with spring.cubic",
         ),
-        ({"load": {}}, r"load.must have temperature, temperature_field, \[\[load.pressure\]\] or"),
+        ({"load": {}}, r"load: must have temperature, temperature_field, \[\[load.pressure\]\] or"),
         ({"load": {"temperature": 300.0, "temperature_field": LINEAR}}, "must be one of the two"),
         ({"load": {"temperature_field": {}}}, "load.temperature_field.shape: is missing"),
         ({"load": {"temperature_field": {"shape": "cubic"}}}, "shape = .*must be 'table' or 'lin"),

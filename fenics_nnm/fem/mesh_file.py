@@ -92,11 +92,26 @@ class ReadMesh:
 
         name = str(self.path)
         assert_kind(self.path)
+        _check_ended(self.path)
         with gmsh_session(name, talks=True):
             if self.path.suffix.lower() in _GMSH:
                 open_mesh(self.path, PrivateFolder(folder).given(self.path), self.fault)
                 return raw_of_model(name)
             return _read_foreign(self.path)
+
+
+def _check_ended(path: Path) -> None:
+    """Refuse a universal file that ends within a dataset: gmsh would read the elements before."""
+    if path.suffix.lower() != ".unv":
+        return
+    with path.open("rb") as file:
+        marks = sum(line.strip() == b"-1" for line in file)
+    if marks % 2:
+        raise MeshError(
+            f"mesh file {path}: ends within a dataset: each must stand between two lines -1: "
+            "the file may be cut off",
+            code=Code.MESH_FILE,
+        )
 
 
 def _check_whole(path: Path) -> None:

@@ -13,6 +13,7 @@ import pytest
 from conftest import BEAM, PLATE, changed
 from mpi4py import MPI
 
+from fenics_nnm.errors import MeshError
 from fenics_nnm.structure.analysis import linear_analysis
 from fenics_nnm.study import study_from
 
@@ -67,3 +68,14 @@ def test_same_frequencies_from_another_file(
     names = foreign_files.NAMES.get(ending, ("left", "right"))
     expected = first_frequencies(shape, order, complete=complete)
     np.testing.assert_allclose(frequencies(other, *names), expected, rtol=1e-10)
+
+
+def test_universal_file_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    """What is left has cells enough for a body, which is another one."""
+    file = tmp_path / "box.unv"
+    foreign_files.WRITERS["unv"](box(tmp_path, "tetra", 1, complete=False), file)
+    lines = file.read_text().splitlines(keepends=True)
+    marks = [number for number, line in enumerate(lines) if line.strip() == "-1"]
+    file.write_text("".join(lines[: marks[3] - 4]))
+    with pytest.raises(MeshError, match="ends within a dataset"):
+        frequencies(file, "left", "right")

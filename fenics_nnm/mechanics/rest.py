@@ -176,19 +176,9 @@ class RestState:
         """Whether a mode moves no contact point towards its obstacle, in second order neither."""
         motions = np.abs(self.motion).max(axis=0)
         largest = motions.max()
-        moves = motions[mode] > _STILL * (self._mixing(mode) * motions).max()
+        moves = motions[mode] > _STILL * (_mixing(self.omega, mode) * motions).max()
         bend = self.curvature[:, mode].max() * np.abs(self.clearance).max()
         return not moves and bool(bend <= _STILL * largest**2)
-
-    def _mixing(self, mode: int) -> Array:
-        """How much of each mode round-off brings into the shape of one, over `_STILL`, shape (J,).
-
-        An error e of K - s M mixes two modes by e s over the distance of their squared frequencies.
-        """
-        squares = self.omega**2
-        apart = np.abs(squares - squares[mode])
-        mixing = np.asarray(squares[mode] / np.maximum(apart, squares[mode] / _MOST_MIXED))
-        return np.maximum(np.where(np.arange(len(mixing)) == mode, 1.0, mixing), 1.0)
 
     def _approaches(self, mode: int) -> bool:
         """Whether a mode, with what second order adds, brings any point to its event."""
@@ -290,3 +280,14 @@ def towards_obstacle(Phi: Array) -> Array:
     first = np.argmax(size >= (1 - _ALIKE) * size.max(axis=0, initial=0.0), axis=0)
     largest = Phi[first, np.arange(Phi.shape[1])]
     return np.where(largest < 0, -1.0, 1.0)
+
+
+def _mixing(omega: Array, mode: int) -> Array:
+    """How much of each mode round-off brings into the shape of one, over `_STILL`, shape (J,).
+
+    An error e of K - s M mixes two modes by e s over the distance of their squared frequencies.
+    """
+    squares = omega**2
+    apart = np.abs(squares - squares[mode])
+    mixing = np.asarray(squares[mode] / np.maximum(apart, squares[mode] / _MOST_MIXED))
+    return np.maximum(np.where(np.arange(len(mixing)) == mode, 1.0, mixing), 1.0)

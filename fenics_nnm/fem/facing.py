@@ -10,6 +10,7 @@ from dolfinx import mesh as dmesh
 
 from fenics_nnm.arrays import Array, Indices, Mask
 from fenics_nnm.fem.compat import cell_nodes, coordinate_element
+from fenics_nnm.fem.curved_facets import is_curved, met_curved
 from fenics_nnm.fem.rows import Entries
 from fenics_nnm.fem.solid import Solid
 
@@ -47,6 +48,8 @@ class _Simplices:
 
     Attributes:
         corners: Coordinates in m, shape (m, dim, dim).
+        nodes: All nodes of the whole facet in m, shape (m, k, dim).
+        reference: Reference coordinates of the corners on it, shape (m, dim, dim - 1).
         normals: Unit normals out of the body, shape (m, dim).
         numbers: Node numbers of the corners in the input mesh, shape (m, dim).
         owner: Rank of the cell, shape (m,).
@@ -54,6 +57,8 @@ class _Simplices:
     """
 
     corners: Array
+    nodes: Array
+    reference: Array
     normals: Array
     numbers: Indices
     owner: Indices
@@ -63,7 +68,8 @@ class _Simplices:
 def counterparts(solid: Solid, facets: Indices, points: Array, directions: Array) -> Counterparts:
     """Follow the contact direction from each point to the facets that face it.
 
-    Facets with straight edges are met, a quadrangle as two triangles; of several the nearest.
+    Facets with straight edges are met, a quadrangle as two triangles; of several the nearest. If
+    it is of order 2, the line is then followed to the curved facet.
 
     Args:
         solid: Assembled body.
@@ -101,7 +107,19 @@ def _nearest_met(simplices: _Simplices, points: Array, directions: Array) -> tup
         if inside.any():
             nearest = int(np.argmin(np.where(inside, np.abs(t), np.inf)))
             facet[i], distance[i] = facing[nearest], t[nearest]
+            if is_curved(simplices.nodes):
+                line = point, direction
+                distance[i] = _to_curved(simplices, facet[i], beta[nearest], t[nearest], line)
     return facet, distance
+
+
+def _to_curved(
+    simplices: _Simplices, facet: int, beta: Array, t: float, line: tuple[Array, Array]
+) -> float:
+    """Distance along a line, of a point and a direction, to a facet of order 2."""
+    corners = simplices.reference[facet]
+    reference = corners[0] + beta @ (corners[1:] - corners[0])
+    return met_curved(simplices.nodes[facet], reference, t, *line)
 
 
 def _gathered(solid: Solid, facets: Indices) -> _Simplices:
@@ -113,30 +131,44 @@ def _gathered(solid: Solid, facets: Indices) -> _Simplices:
     facets, cells = np.asarray(facets[owned], dtype=np.int32), cells[owned]
     topology.create_connectivity(dim - 1, 0)
     nodes: Indices = np.empty((0, dim), dtype=np.int64)
+    whole: Indices = np.empty((0, 0), dtype=np.int64)
+    reference = np.empty((0, dim, dim - 1))
     if len(facets):  # dolfinx divides by the number of facets
-        split = _split(dmesh.entities_to_geometry(mesh, dim - 1, facets), dim)
+        given = dmesh.entities_to_geometry(mesh, dim - 1, facets).reshape(len(facets), -1)
+        places, on_facet = _split(given.shape[1], dim)
+        split = given[:, places]
         cells, nodes = np.repeat(cells, split.shape[1]), split.reshape(-1, dim)
+        whole = np.repeat(given, split.shape[1], axis=0)
+        reference = np.tile(on_facet, (len(given), 1, 1))
     corners = mesh.geometry.x[nodes][:, :, :dim]
     inner = dmesh.compute_midpoints(mesh, dim, cells)[:, :dim]
     parts = (
         corners,
+        reference,
         _normals(corners, inner),
         np.asarray(mesh.geometry.input_global_indices, dtype=np.int64)[nodes],
         np.full(len(cells), comm.rank),
         cells.astype(np.int64),
     )
-    return _Simplices(*(np.concatenate(comm.allgather(part)) for part in parts))
+    corners, *others = (np.concatenate(comm.allgather(part)) for part in parts)
+    all_nodes = [part for part in comm.allgather(mesh.geometry.x[whole][..., :dim]) if len(part)]
+    return _Simplices(corners, np.concatenate(all_nodes or [corners]), *others)
 
 
-def _split(nodes: Indices, dim: int) -> Indices:
-    """Nodes of the simplices of each facet, shape (facets, simplices a facet, dim).
+def _split(count: int, dim: int) -> tuple[Indices, Array]:
+    """Simplices of a facet with so many nodes: places of their corners, and where these are on it.
 
     The corners of a quadrangle come in dolfinx's order: the last one is opposite to the first.
+
+    Returns:
+        Numbers among the nodes of the facet, shape (simplices, dim), and reference coordinates,
+        shape (simplices, dim, dim - 1).
     """
-    nodes = nodes.reshape(len(nodes), -1)
-    if dim == 3 and nodes.shape[1] in (4, 9):  # quadrangles of order 1 and 2
-        return np.asarray(nodes[:, [[0, 1, 2], [1, 3, 2]]])
-    return nodes[:, None, :dim]
+    places = np.arange(dim)[None, :]
+    if dim == 3 and count in (4, 9):  # quadrangles of order 1 and 2
+        places = np.array([[0, 1, 2], [1, 3, 2]])
+    corners = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], dtype=float)[:, : dim - 1]
+    return places, corners[places]
 
 
 def _normals(corners: Array, inner: Array) -> Array:

@@ -180,6 +180,51 @@ def test_facing_faces_in_space(
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
+def shaft_in_a_ring(path: Path, size: float, *, depth: float) -> None:
+    """A disk of radius 0.1 m in a ring with a clearance of 0.1 mm, of order 2."""
+    with saved_model(path):
+        occ = gmsh.model.occ
+        occ.addDisk(0, 0, 0, 0.1, 0.1)
+        occ.cut(
+            [(2, occ.addDisk(0, 0, 0, 0.13, 0.13))], [(2, occ.addDisk(0, 0, 0, 0.1001, 0.1001))]
+        )
+        if depth:
+            occ.extrude(occ.getEntities(2), 0, 0, depth, [1])
+        occ.synchronize()
+        dim = 3 if depth else 2
+        gmsh.model.addPhysicalGroup(dim, [tag for _, tag in occ.getEntities(dim)], name="body")
+        gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        gmsh.model.mesh.generate(dim)
+        gmsh.model.mesh.setOrder(2)
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.01])
+def test_gaps_to_curved_facets_are_those_of_the_curve(depth: float, tmp_path: Path) -> None:
+    """Straight edges of 26 mm would lie 0.8 mm inside the ring: no clearance were left."""
+    shaft_in_a_ring(tmp_path / "shaft.msh", 0.026, depth=depth)
+
+    def between(low: float, high: float) -> dict[str, Any]:
+        return {"radii": {"axis": "z", "from": low, "to": high}}
+
+    base = fork_study(tmp_path / "shaft.msh")
+    body = {"theory": "solid", "degree": 2} if depth else {**base["body"], "degree": 2}
+    values = {
+        **base,
+        "body": body,
+        "groups": {
+            "shaft": between(0.0999, 0.10001),
+            "ring": between(0.10005, 0.1002),
+            "rim": between(0.129, 0.131),
+        },
+        "clamp": {"facets": "rim"},
+        "spring": [{"facets": "shaft", "foundation": [1e12] * (3 if depth else 2)}],
+        "contact": {"facets": "shaft", "against": "ring", "points": 20},
+    }
+    _, analysis = analysed(tmp_path, values)
+    np.testing.assert_allclose(analysis.interface.gap, 1e-4, rtol=0.02)
+
+
 @pytest.mark.parametrize("degree", [1, 2])
 def test_meshes_of_the_two_sides_need_not_match(degree: int, tmp_path: Path) -> None:
     """The trace of a polynomial of the elements' degree is exact between nodes."""

@@ -20,7 +20,7 @@ _FLAT = 1e-8
 _VARIANT = basix.LagrangeVariant.gll_warped
 
 #: Cells of facets by their number of nodes and the dimension of space.
-_CELLS = {
+_CELLS: dict[tuple[int, ...], basix.CellType] = {
     (3, 2): basix.CellType.interval,
     (6, 3): basix.CellType.triangle,
     (9, 3): basix.CellType.quadrilateral,

@@ -108,18 +108,18 @@ def _nearest_met(simplices: _Simplices, points: Array, directions: Array) -> tup
             nearest = int(np.argmin(np.where(inside, np.abs(t), np.inf)))
             facet[i], distance[i] = facing[nearest], t[nearest]
             if is_curved(simplices.nodes):
-                line = point, direction
-                distance[i] = _to_curved(simplices, facet[i], beta[nearest], t[nearest], line)
+                ray = point, direction
+                distance[i] = _to_curved(simplices, facet[i], beta[nearest], t[nearest], ray)
     return facet, distance
 
 
 def _to_curved(
-    simplices: _Simplices, facet: int, beta: Array, t: float, line: tuple[Array, Array]
+    simplices: _Simplices, facet: int, beta: Array, t: float, ray: tuple[Array, Array]
 ) -> float:
     """Distance along a line, of a point and a direction, to a facet of order 2."""
     corners = simplices.reference[facet]
     reference = corners[0] + beta @ (corners[1:] - corners[0])
-    return met_curved(simplices.nodes[facet], reference, t, *line)
+    return met_curved(simplices.nodes[facet], reference, t, *ray)
 
 
 def _gathered(solid: Solid, facets: Indices) -> _Simplices:
@@ -132,7 +132,7 @@ def _gathered(solid: Solid, facets: Indices) -> _Simplices:
     topology.create_connectivity(dim - 1, 0)
     nodes: Indices = np.empty((0, dim), dtype=np.int64)
     whole: Indices = np.empty((0, 0), dtype=np.int64)
-    reference = np.empty((0, dim, dim - 1))
+    reference: Array = np.empty((0, dim, dim - 1))
     if len(facets):  # dolfinx divides by the number of facets
         given = dmesh.entities_to_geometry(mesh, dim - 1, facets).reshape(len(facets), -1)
         places, on_facet = _split(given.shape[1], dim)

@@ -216,7 +216,7 @@ def test_failure_of_one_rank_ends_all(
 @pytest.mark.parametrize(
     ("name", "error", "code"),
     [
-        ("fem.modes.solved", 'StudyError("of one rank")', 2),
+        ("fem.ordered.solved", 'StudyError("of one rank")', 2),
         ("fem.harmonic.solved", 'ZeroDivisionError("by zero")', 1),
     ],
 )

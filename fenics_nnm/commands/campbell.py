@@ -83,6 +83,7 @@ def _campbell(arguments: argparse.Namespace) -> int:
     from fenics_nnm.commands.campbell_targets import targets_of
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.campbell_report import write_campbell
+    from fenics_nnm.results.own_files import CAMPBELL, assert_writable
     from fenics_nnm.running.campbell_journal import CampbellJournal
     from fenics_nnm.running.campbell_worker import Asked
     from fenics_nnm.running.nonlinear_lines import assert_has_lines
@@ -97,6 +98,7 @@ def _campbell(arguments: argparse.Namespace) -> int:
     if targets:
         assert_has_lines(study, arguments.modes)
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-campbell"
+    on_root(comm, assert_writable, folder, CAMPBELL)
     journal = on_root(comm, CampbellJournal.begun, folder, resume=arguments.resume)
     with terminable(), stages_of(console, arguments) as stages:
         asked = Asked(study, arguments.modes, targets, verbose=arguments.verbose)

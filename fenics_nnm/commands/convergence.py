@@ -40,6 +40,7 @@ def _convergence(arguments: argparse.Namespace) -> int:
     from fenics_nnm.output.convergence_report import convergence_lines, write_convergence
     from fenics_nnm.resolution.auto import choice
     from fenics_nnm.resolution.convergence import convergence
+    from fenics_nnm.results.own_files import CONVERGENCE, assert_writable
     from fenics_nnm.structure.mesh_notes import report_notes
     from fenics_nnm.structure.motions import assert_still_gaps, assert_without_coriolis
     from fenics_nnm.study.reading import read_study
@@ -49,6 +50,7 @@ def _convergence(arguments: argparse.Namespace) -> int:
     assert_still_gaps(study)
     console, comm = console_of(MPI.COMM_WORLD), MPI.COMM_WORLD
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-convergence"
+    on_root(comm, assert_writable, folder, CONVERGENCE)
     with terminable(), stages_of(console, arguments) as stages:
         chosen = choice(study, comm, stages)
         report_notes(chosen.linear.notes(), comm)

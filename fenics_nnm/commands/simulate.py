@@ -87,6 +87,7 @@ def _simulate(arguments: argparse.Namespace) -> int:
 
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.simulation_report import write_simulation
+    from fenics_nnm.results.own_files import SIMULATION, assert_writable
     from fenics_nnm.structure.driven import driven_structure
     from fenics_nnm.structure.simulated import asked_of, simulated
 
@@ -98,6 +99,7 @@ def _simulate(arguments: argparse.Namespace) -> int:
     if wanted.start and wanted.start.words:
         show(console, wanted.start.words)
     folder = arguments.output or Path("results") / f"{arguments.study.stem}-simulation"
+    on_root(comm, assert_writable, folder, SIMULATION)
     with terminable(), stages_of(console, arguments) as stages:
         structure = driven_structure(study, comm, stages, "simulate")
         found = on_root(comm, simulated, study, structure, wanted, stages)

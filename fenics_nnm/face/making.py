@@ -18,6 +18,7 @@ from fenics_nnm.face.simulation import Simulation, simulation_of
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.output.campbell_report import write_campbell
 from fenics_nnm.output.simulation_report import write_simulation
+from fenics_nnm.results.own_files import CAMPBELL, SIMULATION, assert_writable
 from fenics_nnm.running.beginning import begin
 from fenics_nnm.running.campbell_journal import CampbellJournal
 from fenics_nnm.running.nonlinear_lines import NonlinearLines, assert_has_lines
@@ -97,6 +98,7 @@ def campbell_of(asked: Asked, folder: Path, lines: Lines) -> Campbell:
     study, comm, targets = asked.study, MPI.COMM_WORLD, lines.targets
     if targets:
         assert_has_lines(study, lines.modes)
+    on_root(comm, assert_writable, folder, CAMPBELL)
     journal = on_root(comm, CampbellJournal.begun, folder, resume=False)
     motions = NonlinearLines(targets, comm, journal)
     speeds = [float(speed) for speed in lines.speeds]
@@ -137,6 +139,7 @@ def simulation(asked: Asked, folder: Path, wanted: Wanted) -> Simulation:
     """
     begin()
     study, comm, stages = asked.study, MPI.COMM_WORLD, Stages()
+    on_root(comm, assert_writable, folder, SIMULATION)
     structure = driven_structure(study, comm, stages, "simulate")
     found = on_root(comm, simulated, study, structure, wanted, stages)
     on_root(comm, write_simulation, folder, structure.monitors, found, title=study.title)

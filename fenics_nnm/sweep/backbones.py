@@ -17,6 +17,7 @@ from fenics_nnm.backbone.point import STATUSES
 from fenics_nnm.backbone.quantities import Sought
 from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.results import branch_file
+from fenics_nnm.results.folder import assert_replaceable
 from fenics_nnm.results.resume import assert_nobody_runs, stored_run
 from fenics_nnm.results.staging import running_folders, stopped_runs
 from fenics_nnm.run import run_study
@@ -58,6 +59,7 @@ class Backbones:
     def state(self, case: Case) -> RunState:
         """How far a study is."""
         folder = case.folder
+        assert_replaceable(folder, [])
         branch, summary = folder / "branch.h5", folder / "summary.json"
         if branch.exists() and summary.exists():
             digests = _read(summary).get("inputs_sha256", {})

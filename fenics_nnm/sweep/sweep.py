@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from mpi4py import MPI
 
 from fenics_nnm.errors import NonlinearModeError, OutputError, StudyError
+from fenics_nnm.results.own_files import SWEEP, assert_writable
 from fenics_nnm.stages import Stages
 from fenics_nnm.study.error_keys import one_line
 from fenics_nnm.sweep.case import Case, Outcome, Plan, RunState
@@ -50,13 +51,14 @@ class Sweep:
         """Make the folder of the sweep, so that no study takes it for its own.
 
         Raises:
-            StudyError: if it cannot be made.
+            StudyError: if it cannot be made, or has files of somebody else by names of ours.
         """
         folder = self.plan.folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise StudyError(f"--output {folder}: cannot be written: {error.strerror}") from error
+        assert_writable(folder, SWEEP)
 
     def run(self, stages: Callable[[], AbstractContextManager[Stages]], *, verbose: bool) -> None:
         """Run what is left on this process; the table is up to date after each study."""

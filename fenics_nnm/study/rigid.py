@@ -18,6 +18,10 @@ Held = Annotated[
 ]
 
 
+#: A moment may be larger than the sum of the others by this, relative to the sum: round-off.
+_ROUND_OFF = 1e-9
+
+
 class RigidSection(Record):
     """Facets that follow a point as a rigid body, with a mass there or a clamp of the point."""
 
@@ -36,4 +40,17 @@ class RigidSection(Record):
     def _directions_differ(self) -> RigidSection:
         if self.directions and len(set(self.directions)) < len(self.directions):
             raise ValueError(f"directions = {list(self.directions)}: must be different ones")
+        return self
+
+    @model_validator(mode="after")
+    def _inertia_is_of_a_body(self) -> RigidSection:
+        """J_x <= J_y + J_z and so on: the difference is twice an integral of x^2 over the mass."""
+        moments = self.inertia or ()
+        for axis, largest in zip("xyz", moments, strict=False):
+            others = sum(moments) - largest
+            if len(moments) == 3 and largest > others * (1 + _ROUND_OFF):
+                raise ValueError(
+                    f"inertia = {list(moments)}: no body has J{axis} = {largest:.10g}: must be "
+                    f"at most the sum of the other two, {others:.10g}"
+                )
         return self

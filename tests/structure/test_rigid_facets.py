@@ -143,3 +143,20 @@ def test_keys_that_are_wrong() -> None:
     with pytest.raises(StudyError, match=r"solver.linear = \"iterative\": does not go with rigid"):
         iterative = {"linear": "iterative"}
         study_from({**SLENDER, "rigid": [RIGID], "solver": iterative}, Path("study.toml"))
+
+
+@pytest.mark.parametrize("turn", range(3))
+def test_inertia_of_no_body_is_refused_and_that_of_a_plate_is_not(turn: int) -> None:
+    """A thin plate has Jz = Jx + Jy; 0.1 + 0.2 is less than 0.3 in floating point, or more."""
+
+    def study(moments: list[float]) -> Any:
+        turned = moments[turn:] + moments[:turn]
+        rigid = [{"facets": "right", "at": [1.0, 0.0, 0.0], "mass": 1.0, "inertia": turned}]
+        return study_from({**BEAM, "rigid": rigid}, Path("study.toml"))
+
+    assert study([0.1, 0.2, 0.3]).rigid and study([0.1, 0.2, 0.1 + 0.2]).rigid
+    axis = "zyx"[turn]
+    with pytest.raises(
+        StudyError, match=rf"rigid.1..inertia = .*: no body has J{axis} = 0.31: .* two, 0.3$"
+    ):
+        study([0.1, 0.2, 0.31])

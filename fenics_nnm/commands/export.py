@@ -112,7 +112,8 @@ def _export_branch(arguments: argparse.Namespace) -> int:
     if not sought:
         ratios = _numbers("gamma", arguments.gamma)
         found = _written(arguments, "branch.h5", export, ratios, _line)
-        return _ended(_missing(ratios, found))
+        have = [point.gamma_ratio for point in found]
+        return _told("--gamma {:g}: no such point, the nearest has gamma ratio {:g}", ratios, have)
     if arguments.gamma is not None:
         raise StudyError(f"--gamma: does not go with --{sought[0].quantity}: name one of both")
     return _ended(_written_of(arguments, export_points, sought))
@@ -143,14 +144,6 @@ def _written_of(
     return far
 
 
-def _missing(ratios: Sequence[float], found: Sequence[BranchPoint]) -> list[str]:
-    far = _far(ratios, [point.gamma_ratio for point in found])
-    return [
-        f"--gamma {ratio:g}: no such point, the nearest has gamma ratio {near:g}"
-        for ratio, near in far
-    ]
-
-
 def _export_response(arguments: argparse.Namespace) -> int:
     from fenics_nnm.fields.export import AtFrequencies, export_response
     from fenics_nnm.results.response_file import NAME
@@ -162,8 +155,8 @@ def _export_response(arguments: argparse.Namespace) -> int:
             )
     wanted = AtFrequencies(_numbers("at", arguments.at), arguments.level)
     found = _written(arguments, NAME, export_response, wanted, _line_of_response)
-    far = _far(wanted.frequencies, [point.frequency for point in found])
-    return _ended([f"--at {at:g}: no such motion, the nearest has {near:g} Hz" for at, near in far])
+    have = [point.frequency for point in found]
+    return _told("--at {:g}: no such motion, the nearest has {:g} Hz", wanted.frequencies, have)
 
 
 def _written(
@@ -198,6 +191,25 @@ def _written(
     return found
 
 
+def _told(words: str, wanted: Sequence[float], found: Sequence[float]) -> int:
+    """Say where the nearest is not what was asked for, and which are so far that they are others.
+
+    Args:
+        words: Line about what is missing, with places for what was asked for and the nearest.
+        wanted: What was asked for.
+        found: What the points that were written have.
+    """
+    from mpi4py import MPI
+
+    pairs = [(asked, min(found, key=lambda have: abs(have - asked))) for asked in wanted]
+    far = [(asked, near) for asked, near in pairs if abs(near - asked) > _TOLERANCE * abs(asked)]
+    for asked, near in pairs:
+        if (asked, near) not in far and f"{asked:g}" != f"{near:g}":
+            line = f"asked for {asked:g}, which is not computed: the nearest computed is {near:g}"
+            show(console_of(MPI.COMM_WORLD), line)
+    return _ended([words.format(*pair) for pair in far])
+
+
 def _ended(missing: Sequence[str]) -> int:
     """Say what is not there as it was asked for."""
     from mpi4py import MPI
@@ -229,12 +241,6 @@ def _fields(names: str) -> tuple[FieldName, ...]:
         if name not in FIELDS:
             raise StudyError(f"--fields {names}: {name!r} must be one of {', '.join(FIELDS)}")
     return tuple(name for name in FIELDS if name in wanted)
-
-
-def _far(wanted: Sequence[float], found: Sequence[float]) -> list[tuple[float, float]]:
-    """Gamma ratios of which no point is near, each with that of the nearest point."""
-    pairs = [(ratio, min(found, key=lambda have: abs(have - ratio))) for ratio in wanted]
-    return [(a, b) for a, b in pairs if abs(b - a) > _TOLERANCE * abs(a)]
 
 
 def _line_of_response(point: ResponsePoint) -> str:

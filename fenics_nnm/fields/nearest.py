@@ -19,6 +19,10 @@ QUANTITIES: dict[str, Callable[[BranchPoint], float]] = {
 }
 
 
+#: Relative differences of this size, and larger ones, say nothing in per cent.
+_MOST_OFF = 1.0
+
+
 @dataclass(frozen=True, slots=True)
 class Nearest:
     """The point that is nearest to one of the crossings of a value.
@@ -45,10 +49,11 @@ class Nearest:
     def __str__(self) -> str:
         """The crossing, and the point."""
         where = f"crossing {self.number} of {self.crossings}" if self.crossings else "not crossed"
+        off = f", {self.off:+.2%}" if abs(self.off) < _MOST_OFF else ""
         unit = UNITS[self.sought.quantity]
         return (
             f"{self.sought} ({where}): the nearest point, at gamma ratio "
-            f"{self.point.gamma_ratio:.6g}, has {self.value:.6g} {unit}, {self.off:+.2%}"
+            f"{self.point.gamma_ratio:.6g}, has {self.value:.6g} {unit}{off}"
         )
 
 

@@ -69,6 +69,9 @@ def test_values_are_met_within_and_beyond_the_energies_and_can_be_exported(
     assert len(crossings) == np.count_nonzero(np.diff(np.sign(stresses)))
     far = command("export", "out", "--amplitude", "9 mm", "--output", "far")
     assert far.code == 1 and "amplitude 0.009 m (not crossed)" in far.out
+    small = command("export", "out", "--amplitude", "1e-12 mm", "--output", "small")
+    assert small.code == 1 and "amplitude 1e-15 m (not crossed)" in small.out
+    assert "%" in far.out and "%" not in small.out
     command("export", "out", "--energy", "1 mm").assert_one_line(2, "--energy 1 mm", "uJ or kJ")
     both = command("export", "out", "--energy", "1J", "--gamma", "1")
     both.assert_one_line(2, "--gamma", "--energy")

@@ -170,6 +170,8 @@ def test_export_gives_the_files_of_the_run(
     ended = command("export", "out/branch.h5", "--gamma", "1.0", "1.12", "--output", "again")
     assert ended.code == 0, ended.err
     assert "gamma ratio 1:" in ended.out and "gamma ratio 1.1:" in ended.out
+    assert "asked for 1.12, which is not computed: the nearest computed is 1.1\n" in ended.out
+    assert "asked for 1," not in ended.out
     run, again = tmp_path / "out" / "fields", tmp_path / "again"
     names = {p.relative_to(again) for p in again.rglob("*") if p.is_file()}
     assert {p.relative_to(run) for p in run.rglob("*") if p.is_file()} - names == {

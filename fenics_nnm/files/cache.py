@@ -29,6 +29,8 @@ from typing import Any
 
 import numpy as np
 
+from fenics_nnm.errors import StudyError
+
 logger = logging.getLogger(__name__)
 
 #: Name of the variable with the folder, and its value that turns the cache off.
@@ -145,14 +147,30 @@ class Cache:
 
 
 def cache_of_user() -> Cache | None:
-    """The cache that the environment names; None if it is off."""
+    """The cache that the environment names; None if it is off.
+
+    Raises:
+        StudyError: if it names a relative path, which would be another folder for each command.
+    """
     named = os.environ.get(VARIABLE, "")
     if named == OFF:
         return None
     if named:
-        return Cache(Path(named))
+        return Cache(_absolute(named))
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     return Cache(Path(home) / _NAME)
+
+
+def _absolute(named: str) -> Path:
+    """The folder that the variable names, with ~ for the home folder.
+
+    Raises:
+        StudyError: if it is a relative path.
+    """
+    folder = Path(os.path.expanduser(named))
+    if not folder.is_absolute():
+        raise StudyError(f'{VARIABLE} = {named}: must be an absolute path, ~/NAME or "{OFF}"')
+    return folder
 
 
 def turn_off() -> None:

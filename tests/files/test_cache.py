@@ -118,6 +118,17 @@ def test_the_environment_says_where(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert cache_of_user() is None
 
 
+def test_a_relative_folder_is_refused_and_the_home_folder_known(
+    command: Callable[..., Ended], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path / "me"))
+    monkeypatch.setenv(VARIABLE, "~/kept")
+    assert cache_of_user() == Cache(tmp_path / "me" / "kept")
+    for named in ("kept", "./kept", "~nobody-of-this-name/kept"):
+        monkeypatch.setenv(VARIABLE, named)
+        command("cache").assert_one_line(2, f"{VARIABLE} = {named}: must be an absolute path")
+
+
 def test_the_command_shows_and_empties_it(
     command: Callable[..., Ended], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,8 +9,10 @@ from __future__ import annotations
 import errno
 import fcntl
 import json
+import logging
 import os
 import socket
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
@@ -19,7 +21,17 @@ from pathlib import Path
 
 from fenics_nnm.results.durable import PART
 
+logger = logging.getLogger(__name__)
+
 NAME = "owner.json"
+
+#: How often a lock is tried, every so many seconds, before a wait for it is reported.
+_TRIES, _PAUSE = 20, 0.05
+
+_WAITS = (
+    "another process holds the lock of this folder, as while a run begins there or moves its "
+    "results: waiting until it is free, without a limit"
+)
 
 
 class OwnerState(Enum):
@@ -138,12 +150,14 @@ def retake(folder: Path) -> int | None:
 def alone_in(folder: Path) -> Iterator[bool]:
     """Keep other runs from beginning, or moving results, in a folder until the context ends.
 
+    Where another one does so, this waits for it, and says so.
+
     Yields:
         Whether they are kept from it: not where there are no locks.
     """
     descriptor = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
     try:
-        yield _lock(descriptor, fcntl.LOCK_EX) is True
+        yield _locked_in_time(descriptor, folder) is True
     finally:
         os.close(descriptor)
 
@@ -182,6 +196,17 @@ def _by_process(known: Owner | None, *, locks: bool) -> OwnerState:
         runs = _started(known.process) == known.started
         return OwnerState.LIVING if runs else OwnerState.GONE
     return OwnerState.GONE if locks else OwnerState.ELSEWHERE
+
+
+def _locked_in_time(descriptor: int, folder: Path) -> bool | None:
+    """As `_lock`, for this process alone; a wait of more than a moment is reported first."""
+    for _ in range(_TRIES):
+        got = _lock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if got is not False:
+            return got
+        time.sleep(_PAUSE)
+    logger.warning("%s: %s", folder, _WAITS)
+    return _lock(descriptor, fcntl.LOCK_EX)
 
 
 def _lock(descriptor: int, kind: int) -> bool | None:

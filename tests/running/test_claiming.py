@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from mpi4py import MPI
 
 from fenics_nnm.errors import OutputError, StudyError
+from fenics_nnm.results import owner
 from fenics_nnm.results.staging import living_run, move_results
 from fenics_nnm.running.claiming import claimed
 
@@ -91,3 +93,38 @@ def test_results_that_were_moved_are_said_where(tmp_path: Path) -> None:
         move_results(staging.path, folder)
         raise KeyboardInterrupt
     assert raised.value.__notes__ == [f"the results are in {folder}"]
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_a_wait_for_a_lock_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, held: bool
+) -> None:
+    monkeypatch.setattr(owner, "_PAUSE", 0.0)
+    free = threading.Event()
+
+    def hold(inside: threading.Event) -> None:
+        with owner.alone_in(tmp_path):
+            inside.set()
+            free.wait(30.0)
+
+    if held:
+        inside = threading.Event()
+        other = threading.Thread(target=hold, args=(inside,))
+        other.start()
+        assert inside.wait(30.0)
+        monkeypatch.setattr(owner.logger, "warning", _freeing(free, owner.logger.warning))
+    with owner.alone_in(tmp_path) as alone:
+        assert alone
+    said = [each.getMessage() for each in caplog.records]
+    assert len(said) == held
+    assert all(f"{tmp_path}: another process holds the lock" in each for each in said)
+
+
+def _freeing(free: threading.Event, warn: Any) -> Any:
+    """A warning after which the lock is given up."""
+
+    def warning(*arguments: object) -> None:
+        warn(*arguments)
+        free.set()
+
+    return warning

@@ -21,6 +21,9 @@ from fenics_nnm.study.resolution import Resolution
 #: Name of the file in the folder of a Campbell diagram.
 NAME = "motions.jsonl"
 
+#: How the mode of motions is found: those found in another way are not taken over.
+_NAMED = "held modes by shape"
+
 
 @dataclass(frozen=True, slots=True)
 class Done:
@@ -89,7 +92,14 @@ def key_of(study: Study, targets: Sequence[Target], resolution: Resolution | Non
         targets: Motions that are asked for.
         resolution: Numbers for "auto", if some were found before.
     """
-    parts = (__version__, study.model_dump_json(), input_digests(study), targets, resolution)
+    parts = (
+        __version__,
+        _NAMED,
+        study.model_dump_json(),
+        input_digests(study),
+        targets,
+        resolution,
+    )
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 

@@ -13,9 +13,11 @@ from fenics_nnm.backbone.point import FAILED, BranchPoint
 from fenics_nnm.backbone.target_continuation import TargetContinuation
 from fenics_nnm.errors import ConvergenceError, ModelError, StudyError
 from fenics_nnm.fem.parallel import on_root
+from fenics_nnm.mechanics.held_mode import held_mode
 from fenics_nnm.mechanics.motion import Motion
 from fenics_nnm.reduction.displacement_basis import DisplacementBasis
 from fenics_nnm.resolution.auto import choice
+from fenics_nnm.resolution.finer import least
 from fenics_nnm.running.campbell_journal import CampbellJournal, Done, key_of
 from fenics_nnm.stages import Stages
 from fenics_nnm.structure.analysis import Analyse
@@ -27,6 +29,7 @@ from fenics_nnm.structure.motions_at_speed import (
     Target,
 )
 from fenics_nnm.structure.prepared import Prepared
+from fenics_nnm.structure.structure import Linear
 from fenics_nnm.study import Study
 from fenics_nnm.study.error_keys import one_line
 from fenics_nnm.study.resolution import Resolution
@@ -100,17 +103,18 @@ def motions_of(
     """Motions of the followed mode of a study at its speed, one a target; called on all ranks.
 
     Args:
-        study: Study at its speed, with the number of its mode there.
+        study: Study at its speed, with the number of its mode there without contact.
         analyse: Finds what is linear of it.
         targets: Energies and amplitudes.
         comm: Communicator of the mesh.
         found: Numbers for "auto", if some were found before.
 
     Raises:
-        ConvergenceError, ModelError: if its structure has no motions.
+        ConvergenceError, ModelError: if its structure has no motions, or the mode is none at rest.
     """
-    asked = partial(analyse, reached=ReachedByTargets(tuple(targets)))
-    chosen = choice(study, comm, found=found, analyse=asked)
+    once = _Once(partial(analyse, reached=ReachedByTargets(tuple(targets))))
+    held = _at_rest(study, once, comm, found)
+    chosen = choice(held, comm, found=found, analyse=once)
     basis = chosen.linear.displacement_basis()
     moving: list[MotionAtSpeed] = []
     for quantity in Quantity:
@@ -118,6 +122,46 @@ def motions_of(
         if wanted:
             moving += on_root(comm, _motions, chosen.prepared, basis, wanted)
     return Done(tuple(moving), chosen.study.resolution)
+
+
+@dataclass(slots=True)
+class _Once:
+    """Finds what is linear of a study, and does not do so again for the same one.
+
+    Attributes:
+        analyse: What finds it.
+    """
+
+    analyse: Analyse
+    _kept: tuple[tuple[Study, Linear], ...] = ()
+
+    def __call__(
+        self,
+        study: Study,
+        comm: MPI.Comm,
+        stages: Stages | None = None,
+        *,
+        at_most: int | None = None,
+    ) -> Linear:
+        if at_most is not None:
+            return self.analyse(study, comm, stages, at_most=at_most)
+        for known, linear in self._kept:
+            if known == study:
+                return linear
+        found = self.analyse(study, comm, stages)
+        self._kept = ((study, found),)
+        return found
+
+
+def _at_rest(study: Study, analyse: Analyse, comm: MPI.Comm, found: Resolution | None) -> Study:
+    """The study with the number that its mode has with the points held that are closed at rest.
+
+    Raises:
+        ModelError: if none of these modes has its shape.
+    """
+    given = study.with_resolution(found or least(study)) if study.automatic else study
+    number = held_mode(analyse(given, comm).model.at_rest(), study.mode.number - 1) + 1
+    return study.model_copy(update={"mode": study.mode.model_copy(update={"number": number})})
 
 
 def failed_motions(targets: Sequence[Target], error: Exception) -> tuple[MotionAtSpeed, ...]:

@@ -188,3 +188,34 @@ def test_lines_that_cannot_be(study_file: StudyFile, command: Command, mass: Pat
     speed, gap = {"speed": None, "speed_stiffness": None}, {"gap_growth": None}
     mass.write_text(toml(changed(MASS, {"matrices": speed, "contact": gap})))
     command("campbell", mass, *arguments).assert_one_line(2, "matrices.speed: is missing")
+
+
+def test_a_line_keeps_its_shape_where_points_are_closed_at_rest(
+    tmp_path: Path, command: Command
+) -> None:
+    """From 1.42 rad/s on a mass is pressed on its stop, and is mode 2 of what is held there.
+
+    Its line stays that of this mass, not of the other mass on a spring of 9 N/m; small motions
+    have the frequencies of the two masses with the stop at its spring.
+    """
+    K = np.array([[1.05 + STOP, -0.05, -STOP], [-0.05, 9.05, 0.0], [-STOP, 0.0, STOP]])
+    np.savez(
+        tmp_path / "two.npz",
+        K=K,
+        M=np.diag([1.0, 1.0, 0.0]),
+        B=[[0.0, 0.0, 1.0]],
+        softening=np.diag([1.17, 0.0, 0.0]),
+    )
+    study = tmp_path / "two.toml"
+    matrices = {"file": "two.npz", "speed": 0.0, "speed_stiffness": "softening"}
+    study.write_text(toml({**MASS, "matrices": matrices, "reduction": {"modes": 2}}))
+    ended = command(
+        *("campbell", study, "--speeds", "1.0:1.6:0.6", "--modes", 2, "--energies", "1e-4"),
+        *("--output", "out"),
+    )
+    assert ended.code == 0, ended.err
+    low = [float(row["frequency_Hz"]) for row in rows("out/campbell.csv") if row["energy_J"] != "0"]
+    for hertz, speed, stop, mode in zip(low, (1.0, 1.6), (0.0, STOP), (0, 1), strict=True):
+        k = np.array([[1.05 + 1.17 * speed**2 + stop, -0.05], [-0.05, 9.05]])
+        exact = np.sqrt(np.linalg.eigvalsh(k)[mode]) / (2 * np.pi)
+        assert hertz == pytest.approx(exact, rel=1e-8)

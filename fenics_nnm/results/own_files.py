@@ -14,6 +14,9 @@ from tempfile import TemporaryFile
 
 from fenics_nnm.errors import StudyError
 
+#: How files of HDF5 begin.
+_HDF5 = b"\x89HDF"
+
 Sign = Callable[[Path], bool]
 """Whether a file that is there is of this program."""
 
@@ -52,6 +55,15 @@ def assert_writable(folder: Path, files: OwnFiles) -> None:
     except (OSError, ValueError) as error:  # a null character is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise StudyError(f"output folder {folder}: cannot be written: {reason}") from error
+    assert_own(folder, files)
+
+
+def assert_own(folder: Path, files: OwnFiles) -> None:
+    """Refuse a folder in which files of somebody else would go.
+
+    Raises:
+        StudyError: if there are any.
+    """
     if others := files.foreign(folder):
         raise StudyError(
             f"output folder {folder}: has {', '.join(others)} that no run of this program has "
@@ -99,6 +111,15 @@ def _is_state(path: Path) -> bool:
         return False
 
 
+def _is_hdf5(path: Path) -> bool:
+    """Whether a file begins as HDF5 does; the names of such files are those of this program."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_HDF5)) == _HDF5
+    except OSError:
+        return False
+
+
 def _is_journal(path: Path) -> bool:
     """Whether the first line that is not empty is a speed with its motions, or was cut off."""
     try:
@@ -129,6 +150,15 @@ CAMPBELL = OwnFiles(
         "motions.jsonl": _is_journal,
     },
     ("campbell.png", "campbell.svg"),
+)
+
+#: Files of `fenics-nnm response`, besides the fields.
+RESPONSE = OwnFiles(
+    {
+        "response.h5": _is_hdf5,
+        "response.csv": _table("branch", "point", "monitor"),
+    },
+    ("response.png", "resonance.csv"),
 )
 
 #: Files of `fenics-nnm sweep`, beside the folders of its studies.

@@ -16,6 +16,7 @@ from fenics_nnm.response.levels import Response
 from fenics_nnm.results import owner, response_file
 from fenics_nnm.results.durable import remove_any
 from fenics_nnm.results.header import BranchHeader
+from fenics_nnm.results.own_files import RESPONSE, assert_own
 from fenics_nnm.results.owner import OwnerState
 from fenics_nnm.results.response_file import NAME, StoredResponse
 
@@ -158,6 +159,7 @@ def _assert_free(folder: Path) -> None:
                 f"{path}: is of a response that may be going on ({who}): let it end, or remove the "
                 "folder"
             )
+    assert_own(folder, RESPONSE)
     if (folder / "fields").exists() and not (folder / NAME).exists():
         raise StudyError(
             f"output folder {folder}: has fields that no response has written: must be another "

@@ -9,8 +9,14 @@ import numpy as np
 import pytest
 from conftest import ROD, Ended, contents
 
-from fenics_nnm.output import campbell_report, convergence_report, simulation_report
-from fenics_nnm.results import own_files
+from fenics_nnm.errors import StudyError
+from fenics_nnm.output import (
+    campbell_report,
+    convergence_report,
+    response_report,
+    simulation_report,
+)
+from fenics_nnm.results import own_files, response_folder
 from fenics_nnm.results.own_files import CAMPBELL, CONVERGENCE, SIMULATION, OwnFiles
 
 StudyFile = Callable[..., Path]
@@ -91,6 +97,18 @@ def test_states_and_journals_are_known_by_what_is_in_them(tmp_path: Path) -> Non
     assert CAMPBELL.foreign(tmp_path) == ["motions.jsonl"]
     journal.write_text("")
     assert CAMPBELL.foreign(tmp_path) == []
+
+
+def test_a_response_replaces_no_table_of_somebody_else(tmp_path: Path) -> None:
+    (tmp_path / "response.csv").write_text("frequency,value\n1,2\n")
+    (tmp_path / "resonance.csv").write_text("mine\n")
+    before = contents(tmp_path)
+    with pytest.raises(StudyError, match=r"has response.csv, resonance.csv that no run of this"):
+        response_folder.claim(tmp_path)
+    assert contents(tmp_path) == before
+    (tmp_path / "response.csv").write_text(",".join(response_report.COLUMNS) + "\n")
+    response_folder.claim(tmp_path).leave()
+    assert contents(tmp_path).keys() == before.keys()
 
 
 def test_a_folder_is_not_there_after_it_was_tried(tmp_path: Path) -> None:

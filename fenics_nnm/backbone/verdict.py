@@ -212,31 +212,6 @@ class Judge:
         return internal_resonance(self.model, self.series, point, family, self.mode, self.harmonic)
 
 
-def judged(
-    model: ReducedModel,
-    series: Series,
-    found: Followed,
-    *,
-    flow: Integrator | None,
-    mode: int,
-    harmonic: int = 1,
-    shooting: bool,
-) -> Judgement:
-    """The points with return errors, shot motions, internal resonances, families and statuses.
-
-    Args:
-        model: Reduced model in SI units.
-        series: Series that the points are written in.
-        found: Points of a branch of this model.
-        flow: What follows its motions in time; None where contact points carry mass.
-        mode: Index of the followed mode.
-        harmonic: Harmonic that it is written in.
-        shooting: Whether to shoot for the true motion near each point.
-    """
-    judge = Judge(model, series, flow, mode, harmonic, shooting)
-    return judge.judgement(judge.judged(found))
-
-
 def doubted(points: tuple[BranchPoint, ...], doubt: str) -> tuple[BranchPoint, ...]:
     """The points, none of them verified where a doubt stands against all."""
     if not doubt:

@@ -73,19 +73,12 @@ class Rising:
 
 
 @dataclass(frozen=True, slots=True)
-class Uphill:
+class Uphill(Rising):
     """The way in which a quantity rises, or falls, by its gradient.
 
     It is that of `Rising` without singular vectors, which take as long as many steps where there
     are hundreds of unknowns.
-
-    Attributes:
-        quantity: Quantity.
-        falls: Whether it falls.
     """
-
-    quantity: Quantity
-    falls: bool = False
 
     def first(self, problem: Problem, start: Solution) -> CurvePoint:
         """A motion with the tangent along which the quantity rises, or falls.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import basix
 import numpy as np
 
@@ -49,7 +51,7 @@ def met_curved(
     Returns:
         Distance in m; that of the straight facet where the curved one is not met near it.
     """
-    element = basix.create_element(basix.ElementFamily.P, _CELLS[nodes.shape], 2, _VARIANT)
+    element = _element(_CELLS[nodes.shape])
     xi, t = reference.copy(), distance
     for _ in range(_STEPS):
         values = element.tabulate(1, xi[None, :])[:, 0, :, 0]
@@ -66,3 +68,9 @@ def met_curved(
     simplex = len(nodes) != 9
     outside = max(-xi.min(), (xi.sum() if simplex else xi.max()) - 1)
     return float(t) if outside <= _BEYOND else distance
+
+
+@cache
+def _element(cell: basix.CellType) -> basix.finite_element.FiniteElement:
+    """The element of a facet; lines from many points meet facets of one kind."""
+    return basix.create_element(basix.ElementFamily.P, cell, 2, _VARIANT)

@@ -6,7 +6,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.errors import ConvergenceError, OutOfMemoryError
 from fenics_nnm.fem.block import product, solved
 from fenics_nnm.fem.blocks import Blocks
 from fenics_nnm.fem.factorisation import factorise, use_mumps
@@ -126,6 +126,8 @@ class HarmonicSolver(HeldTogether):
         """
         try:
             self._factorise_at(s)
+        except OutOfMemoryError:
+            raise
         except ConvergenceError:
             s *= 1 + _ASIDE
             self._ksp.getPC().reset()  # MUMPS goes on from no factorisation that failed
@@ -142,7 +144,7 @@ class HarmonicSolver(HeldTogether):
         try:
             factorise(self._ksp)
         except ConvergenceError as error:
-            raise ConvergenceError(
+            raise type(error)(
                 f"K - s M cannot be factorised at {np.sqrt(s) / 2 / np.pi:.6g} Hz: {error}"
             ) from error
         self.factorisations += 1

@@ -16,6 +16,7 @@ import numpy as np
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import GeometryError
+from fenics_nnm.files.stamp import stamp_of
 from fenics_nnm.geometry.csv_table import CsvTable, Row, read_table, with_units
 from fenics_nnm.geometry.lengths import METRES
 from fenics_nnm.geometry.scattered import ScatteredValues
@@ -141,10 +142,9 @@ def read_temperatures(file: Path, key: str = "file") -> ScatteredValues:
         GeometryError: A line that names the file, what is wrong, and what would be right.
     """
     try:
-        status = file.stat()
+        stamp = stamp_of(file)
     except OSError as error:
         raise GeometryError(f"{key} = {file}: cannot be read: {error.strerror}") from error
-    stamp = status.st_ctime_ns, status.st_mtime_ns, status.st_size
     return _read(file.absolute(), key, stamp)
 
 

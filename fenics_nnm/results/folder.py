@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 
 from fenics_nnm.errors import StudyError
+from fenics_nnm.results.own_files import foreign_files
 from fenics_nnm.results.staging import RESULTS
 
 #: Beginning of the format of all versions of branch.h5.
@@ -36,10 +37,7 @@ def assert_replaceable(folder: Path, inputs: Iterable[Path]) -> None:
             )
     there = [name for name in RESULTS if _exists(folder / name)]
     if there and not (_is_branch(folder / "branch.h5") or _is_summary(folder / "summary.json")):
-        raise StudyError(
-            f"output folder {folder}: has {', '.join(there)} that no run of this program has "
-            "written: must be another folder, or these be moved away"
-        )
+        raise foreign_files(folder, there)
 
 
 def older_results(folder: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -65,10 +65,15 @@ def assert_own(folder: Path, files: OwnFiles) -> None:
         StudyError: if there are any.
     """
     if others := files.foreign(folder):
-        raise StudyError(
-            f"output folder {folder}: has {', '.join(others)} that no run of this program has "
-            "written: must be another folder, or these be moved away"
-        )
+        raise foreign_files(folder, others)
+
+
+def foreign_files(folder: Path, names: Sequence[str]) -> StudyError:
+    """What refuses a folder with files of somebody else."""
+    return StudyError(
+        f"output folder {folder}: has {', '.join(names)} that no run of this program has "
+        "written: must be another folder, or these be moved away"
+    )
 
 
 def _try(folder: Path) -> None:

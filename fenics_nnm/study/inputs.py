@@ -8,6 +8,7 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
+from fenics_nnm.files.stamp import stamp_of
 from fenics_nnm.study.leaves import leaves
 from fenics_nnm.study.study import Study
 
@@ -29,9 +30,7 @@ def input_digests(study: Study) -> dict[str, str]:
     found = {}
     for key, path in input_files(study).items():
         with suppress(OSError):
-            status = path.stat()
-            stamp = status.st_ctime_ns, status.st_mtime_ns, status.st_size
-            found[key] = _digest(path.absolute(), stamp)
+            found[key] = _digest(path.absolute(), stamp_of(path))
     return found
 
 

@@ -11,7 +11,7 @@ from fenics_nnm.backbone.follow import EnergyContinuation, follow
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.periodicity import followed
 from fenics_nnm.backbone.point import GAMMA_RATIO, BranchPoint
-from fenics_nnm.backbone.verdict import WITH_MASS, contradicted, judged
+from fenics_nnm.backbone.verdict import WITH_MASS, Judge, contradicted
 from fenics_nnm.backbone.wanted import Followed
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.mechanics import Mechanics
@@ -46,14 +46,9 @@ def verdict(
     model: ReducedModel = MODEL,
     flow: Integrator | None = None,
 ) -> BranchPoint:
-    (found,) = judged(
-        model,
-        BALANCE.series,
-        Followed((point,), (), ""),
-        flow=flow or integrator_of(Mechanics.of(model)),
-        mode=0,
-        shooting=shooting,
-    ).points
+    flow = flow or integrator_of(Mechanics.of(model))
+    judge = Judge(model, BALANCE.series, flow, mode=0, harmonic=1, shooting=shooting)
+    (found,) = judge.judgement(judge.judged(Followed((point,), (), ""))).points
     return found
 
 

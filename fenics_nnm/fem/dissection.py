@@ -35,11 +35,15 @@ _partitioner: Callable[..., Any] | None = getattr(cpp.graph, "partitioner_scotch
 
 
 def worth_dissecting(space: fem.FunctionSpace) -> bool:
-    """Whether nested dissection is faster than the order that a solver finds, on one rank.
+    """Whether nested dissection is faster than the order that a solver finds, for this rank.
 
-    It is not for few cells, nor for more cells than nodes (linear tetrahedra), and it needs SCOTCH.
+    It is not for few cells, nor for more cells than nodes (linear tetrahedra), and it needs SCOTCH
+    and cells that no other rank has a copy of.
     """
     cells, nodes = len(space.dofmap.list), space.dofmap.index_map.size_local
+    mesh = space.mesh
+    if mesh.topology.index_map(mesh.topology.dim).num_ghosts:
+        return False
     return _partitioner is not None and _WORTHWHILE <= cells <= nodes
 
 
@@ -48,14 +52,22 @@ def dissected(space: fem.FunctionSpace) -> Indices:
 
     To be called where it is worth it: it needs SCOTCH.
     """
+    order, size = nodes_dissected(space), space.dofmap.index_map_bs
+    return (order[:, None] * size + np.arange(size)).ravel().astype(np.int32)
+
+
+def nodes_dissected(space: fem.FunctionSpace) -> Indices:
+    """Nodes of the cells of this rank in the order of nested dissection, local, shape (n,).
+
+    As `dissected`.
+    """
     assert _partitioner is not None
-    cells, size = space.dofmap.list, space.dofmap.index_map_bs
+    cells = space.dofmap.list
     levels = int(np.log2(len(cells) / _LEAST))
     with _one_thread():
         cut = _partitioner(_IMBALANCE, _SEED)
         part = cut(MPI.COMM_SELF, 2**levels, _neighbours(space.mesh), False).array
-    order = separated(cells, np.asarray(part), levels)
-    return (order[:, None] * size + np.arange(size)).ravel().astype(np.int32)
+    return separated(cells, np.asarray(part), levels)
 
 
 def separated(cells: Indices, part: Indices, levels: int) -> Indices:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from mpi4py import MPI
@@ -10,9 +11,34 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.block import product
-from fenics_nnm.fem.ordered import Ordered
 from fenics_nnm.fem.sparsity import without_zeros
 from fenics_nnm.fem.system import System
+
+
+class Factors(Protocol):
+    """Factors of a stiffness: `Ordered` or `Substructures`."""
+
+    @property
+    def negative(self) -> int:
+        """Number of negative eigenvalues of the stiffness."""
+
+    def solve(self, columns: Array) -> Array:
+        """Solutions for right-hand sides of shape (n_owned, k)."""
+
+    def solve_in_order(self, columns: Array) -> Array:
+        """The same with rows in the order of the factors."""
+
+    def in_order(self, columns: Array) -> Array:
+        """Columns of shape (n_owned, k) with their rows in the order of the factors."""
+
+    def matrix_in_order(self, matrix: PETSc.Mat) -> PETSc.Mat:
+        """A symmetric matrix of the body with its rows in the order of the factors."""
+
+    def restored(self, columns: Array) -> Array:
+        """Columns in the order of the factors, shape (n_owned, k), in that of the matrix."""
+
+    def release(self) -> None:
+        """Free the factors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,14 +53,14 @@ class Factored:
         generator: Of random displacements, of this rank.
     """
 
-    inverse: Ordered
+    inverse: Factors
     system: System
     mass_matrix: PETSc.Mat
     comm: MPI.Comm
     generator: np.random.Generator
 
     @classmethod
-    def of(cls, inverse: Ordered, system: System, comm: MPI.Comm) -> Factored:
+    def of(cls, inverse: Factors, system: System, comm: MPI.Comm) -> Factored:
         """With a generator that gives the same numbers in each run."""
         mass = without_zeros(inverse.matrix_in_order(system.mass))
         return cls(inverse, system, mass, comm, np.random.default_rng(comm.rank))

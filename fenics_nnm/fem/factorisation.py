@@ -79,10 +79,14 @@ def use_fastest(ksp: PETSc.KSP, memory: float | None, settings: Sequence[tuple[s
 
 def takes_cholmod(matrix: PETSc.Mat, memory: float | None) -> bool:
     """Whether `use_fastest` takes CHOLMOD for a matrix and a limit of memory in bytes."""
-    rows = matrix.getSize()[0]
-    fits = memory is None or 8 * _ENTRIES * rows ** (4 / 3) <= memory
+    fits = cholmod_fits(matrix.getSize()[0], memory)
     known = any(map(PETSc.Sys.hasExternalPackage, ("cholmod", "suitesparse")))
     return matrix.comm.size == 1 and fits and known
+
+
+def cholmod_fits(rows: int, memory: float | None) -> bool:
+    """Whether factors of some rows of one rank fit into a memory in bytes for sure."""
+    return memory is None or 8 * _ENTRIES * rows ** (4 / 3) <= memory
 
 
 def mumps_asked_for(prefix: str) -> bool:

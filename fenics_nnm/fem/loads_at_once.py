@@ -7,13 +7,15 @@ import numpy as np
 from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError, OutOfMemoryError
 from fenics_nnm.fem.anderson import Anderson
-from fenics_nnm.fem.factorisation import negative_pivots
+from fenics_nnm.fem.factored import Factors
+from fenics_nnm.fem.factorisation import mumps_asked_for
 from fenics_nnm.fem.inside_out import turned_inside_out
 from fenics_nnm.fem.least_ratio import least_ratio
 from fenics_nnm.fem.loaded_residual import LoadedResidual
 from fenics_nnm.fem.ordered import Ordered
 from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.substructures import Substructures
 
 #: Steps have converged when one is this part of the displacement, as what is left then is some ten
 #: times less; as many at most, and so many without a smaller one, by round-off where the smallest
@@ -26,6 +28,9 @@ _FARTHER = 3.0
 #: A tangent stiffness below this part of that of the unloaded body is left to others; it is enough
 #: to know that it is above the second one.
 _SOFT, _FIRM = 0.01, 0.2
+
+#: Prefix of PETSc options of the factorisation.
+_PREFIX = "nnm_static_"
 
 
 class LoadsAtOnce(HeldTogether):
@@ -47,13 +52,14 @@ class LoadsAtOnce(HeldTogether):
         """
         comm = solid.tagged.mesh.comm
         super().__init__(comm)
-        self._residual, self._comm, self._memory = residual, comm, memory
-        self._inverse = Ordered.of(solid, memory, "nnm_static_")
+        self._solid, self._residual, self._comm, self._memory = solid, residual, comm, memory
+        self._factors: Factors | None = None
         self.steps = 0
 
     def release(self) -> None:
         """Free the factorisation."""
-        self._inverse.release()
+        if self._factors is not None:
+            self._factors.release()
 
     def found(self) -> bool:
         """Whether steps lead to a state of all loads; its tangent is assembled.
@@ -63,8 +69,7 @@ class LoadsAtOnce(HeldTogether):
         """
         self._residual.apply(1.0)
         try:
-            self._inverse.factorise(self._memory)
-            if negative_pivots(self._inverse.ksp) or not self._converged():
+            if self._inverse.negative or not self._converged():
                 return False
             if turned_inside_out(self._residual.displacement):
                 return False
@@ -81,6 +86,21 @@ class LoadsAtOnce(HeldTogether):
             return least_ratio(self._residual.tangent, self._inverse.solve, _FIRM) > _SOFT
         except ConvergenceError:
             return False
+
+    @property
+    def _inverse(self) -> Factors:
+        """The factors of the stiffness, made once.
+
+        Raises:
+            OutOfMemoryError: if there is too little memory.
+            ConvergenceError: if there are none for another reason.
+        """
+        if self._factors is None and not mumps_asked_for(_PREFIX):
+            self._factors = Substructures.of(self._solid, self._memory)
+        if self._factors is None:
+            self._factors = inverse = Ordered.of(self._solid, self._memory, _PREFIX)
+            inverse.factorise(self._memory)
+        return self._factors
 
     def _converged(self) -> bool:
         """Whether accelerated steps converge.

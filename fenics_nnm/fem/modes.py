@@ -16,14 +16,15 @@ from fenics_nnm.errors import (
 )
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.block_lanczos import BlockLanczos
-from fenics_nnm.fem.factored import Factored
-from fenics_nnm.fem.factorisation import ROOT_ALONE, mumps_asked_for, negative_pivots
+from fenics_nnm.fem.factored import Factored, Factors
+from fenics_nnm.fem.factorisation import ROOT_ALONE, mumps_asked_for
 from fenics_nnm.fem.inertia import assert_held, counted_below
 from fenics_nnm.fem.interface_modes import fixed_interface_modes
 from fenics_nnm.fem.ordered import Ordered, pays
 from fenics_nnm.fem.parallel import HeldTogether
 from fenics_nnm.fem.parts import parts_that_move
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.substructures import Substructures
 from fenics_nnm.reduction.linear_modes import LinearModes
 
 #: Modes solved for beyond those asked for, so that the next frequency is known.
@@ -66,12 +67,12 @@ class DirectModalSolver(HeldTogether):
         self.free = solid.free
         super().__init__(solid.tagged.mesh.comm)
         self._system = solid.system
-        self._inverse = self._by_cholmod() or self._by_mumps()
+        self._inverse: Factors = self._by_cholmod() or self._by_mumps()
 
     @property
     def negative(self) -> int:
         """Number of negative eigenvalues of the stiffness of a body under loads; on all ranks."""
-        return negative_pivots(self._inverse.ksp)
+        return self._inverse.negative
 
     def release(self) -> None:
         """Free the factorisation."""
@@ -128,13 +129,15 @@ class DirectModalSolver(HeldTogether):
         """K^-1 and M."""
         return Factored.of(self._inverse, self._system, self._solid.tagged.mesh.comm)
 
-    def _by_cholmod(self) -> Ordered | None:
+    def _by_cholmod(self) -> Factors | None:
         """Factors in the order of nested dissection; none where others suit better, or are needed.
 
         CHOLMOD fails where the stiffness is not positive definite: MUMPS then counts how often.
         """
-        if self._system.keys or mumps_asked_for(_PREFIX) or not pays(self._solid, self._memory):
+        if self._system.keys or mumps_asked_for(_PREFIX):
             return None
+        if not pays(self._solid, self._memory):
+            return Substructures.of(self._solid, self._memory)
         inverse = Ordered.of(self._solid, self._memory, _PREFIX)
         try:
             inverse.factorise(self._memory)

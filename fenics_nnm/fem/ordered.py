@@ -15,6 +15,7 @@ from fenics_nnm.fem.factorisation import (
     ROOT_ALONE,
     factorise,
     limited_memory,
+    negative_pivots,
     order_kept,
     takes_cholmod,
     use_fastest,
@@ -66,6 +67,11 @@ class Ordered:
         ksp = _solver(matrix, prefix)
         use_mumps(ksp, settings)
         return cls(ksp, np.arange(matrix.getLocalSize()[0]), kept=False)
+
+    @property
+    def negative(self) -> int:
+        """Number of negative eigenvalues of the matrix, once it is factorised."""
+        return negative_pivots(self.ksp)
 
     def factorise(self, memory: float | None) -> None:
         """Factorise the matrix, with some memory in bytes at most.

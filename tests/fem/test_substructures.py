@@ -1,0 +1,102 @@
+"""Factors of the parts of several ranks solve as those of the whole do."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from ranks import on_ranks
+from scipy.sparse import csr_matrix
+
+from fenics_nnm.arrays import Array
+from fenics_nnm.errors import ConvergenceError
+from fenics_nnm.fem import cholesky
+from fenics_nnm.fem.cholesky import Cholesky
+from fenics_nnm.fem.substructures import _with_dense_end
+
+SCRIPT = Path(__file__).parents[1] / "substructures_on_ranks.py"
+
+
+def grid(size: int) -> Array:
+    """Stiffness of a grid of springs, some stiffer than others, shape (size^2, size^2)."""
+    chain = 2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
+    across = np.diag(np.linspace(1.0, 3.0, size))
+    return np.kron(chain, across) + np.kron(np.eye(size), chain)
+
+
+def factors(matrix: Array, inner: int) -> Cholesky:
+    code = cholesky.kernel(MPI.COMM_SELF)
+    assert code is not None, "cholesky.c cannot be compiled, and several ranks take longer"
+    return Cholesky(code, *_with_dense_end(csr_matrix(matrix), inner))
+
+
+def test_factors_are_those_of_the_matrix_with_its_end_last() -> None:
+    K, inner = grid(12), 130
+    found = factors(K, inner)
+    order = found.order
+    assert sorted(order) == list(range(144)) and min(order[inner:]) == inner
+    L = np.linalg.cholesky(K[np.ix_(order, order)])
+    assert found.last(14) == pytest.approx(L[inner:, inner:], abs=1e-12)
+    columns = np.asfortranarray(np.sin(np.arange(432.0)).reshape(144, 3))
+    forces = columns.copy(order="F")
+    found.forward(columns)
+    assert columns == pytest.approx(np.linalg.solve(L, forces), abs=1e-12)
+    found.backward(columns)
+    assert columns == pytest.approx(np.linalg.solve(L @ L.T, forces), abs=1e-11)
+    found.release()
+
+
+def test_a_dense_end_adds_zeros_alone() -> None:
+    K = grid(5)
+    starts, columns, values = _with_dense_end(csr_matrix(K), 20)
+    assert csr_matrix((values, columns, starts)).toarray() == pytest.approx(K)
+    assert np.diff(starts)[20:].tolist() == [np.count_nonzero(row[:20]) + 5 for row in K[20:]]
+
+
+def test_a_matrix_that_is_not_definite_has_no_factors() -> None:
+    with pytest.raises(ConvergenceError, match="no factors"):
+        factors(grid(6) - 1.5 * np.eye(36), 30)
+
+
+def test_a_kernel_that_cannot_be_compiled_is_none_and_says_why(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, tmp_path: Path
+) -> None:
+    wrong = tmp_path / "cholesky.c"
+    wrong.write_text("typedef struct { int n; } nnm_factors;\n")
+    monkeypatch.setattr(cholesky, "_SOURCE", wrong)
+    monkeypatch.setattr(cholesky.jit, "get_options", lambda: {"cache_dir": tmp_path / "kept"})
+    with caplog.at_level("INFO"):
+        assert cholesky.kernel(MPI.COMM_SELF) is None
+    assert "cholesky.c cannot be compiled, MUMPS factorises" in caplog.text
+    assert not list((tmp_path / "kept").iterdir())
+
+
+@pytest.fixture(scope="module", params=[2, 3])
+def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    folder = tmp_path_factory.mktemp("ranks")
+    ended = on_ranks(request.param, SCRIPT, "found.json", folder=folder)
+    assert ended.code == 0, ended.err
+    return json.loads((folder / "found.json").read_text())
+
+
+def test_solutions_have_no_residual(found: dict[str, Any]) -> None:
+    """Forces are of the order of one; the work is that of MUMPS's solution on one rank."""
+    assert found["shared"] in (105, 270)
+    assert found["residual"] < 1e-9
+    assert found["work"] == pytest.approx(2014.964245903, rel=1e-10)
+
+
+def test_modes_and_states_are_those_of_mumps(found: dict[str, Any]) -> None:
+    assert (found["kind"], found["kind without"]) == ("Substructures", "Ordered")
+    assert found["omega"] == pytest.approx(found["omega without"], rel=1e-11)
+    assert found["solvers of the state"] == 1
+    assert found["state"] == pytest.approx(found["state without"], rel=1e-9)
+
+
+def test_others_factorise_where_substructures_cannot(found: dict[str, Any]) -> None:
+    for reason in ("indefinite", "little memory", "large interface", "no compiler"):
+        assert found[reason], reason

@@ -36,6 +36,8 @@ CONDA = {
     "python3-pydantic": "pydantic",
     "python3-rich": "rich",
     "python3-scipy": "scipy",
+    "libsuitesparse-dev": "suitesparse",
+    "python3-cffi": "cffi",
     "libopenblas0-pthread": "libblas",  # its build with OpenBLAS
     "libegl1": "",
     "libgl1-mesa-dri": "",

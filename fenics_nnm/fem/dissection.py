@@ -9,29 +9,20 @@ ordering (benchmarks/README.md).
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from dolfinx import cpp, fem
+from dolfinx import fem
 from dolfinx import mesh as dmesh
-from mpi4py import MPI
 
 from fenics_nnm.arrays import Indices
+from fenics_nnm.fem.cutting import can_cut, cut, pairs_listed
 
 #: With fewer cells the order of a solver is found as fast. Halves of halves have about so many.
 _WORTHWHILE, _LEAST = 4000, 4
 
-#: Halves may differ in size by this part, so that their border is small; and the seed of SCOTCH.
-_IMBALANCE, _SEED = 0.4, 0
-
-#: SCOTCH's variable for its threads: several give other parts each time.
-_THREADS = "SCOTCH_PTHREAD_NUMBER"
-
-#: Makes the function that cuts graphs into parts; none where dolfinx was built without SCOTCH.
-_partitioner: Callable[..., Any] | None = getattr(cpp.graph, "partitioner_scotch", None)
+#: Halves may differ in size by this part, so that their border is small.
+_IMBALANCE = 0.4
 
 
 def worth_dissecting(space: fem.FunctionSpace) -> bool:
@@ -44,7 +35,7 @@ def worth_dissecting(space: fem.FunctionSpace) -> bool:
     mesh = space.mesh
     if mesh.topology.index_map(mesh.topology.dim).num_ghosts:
         return False
-    return _partitioner is not None and _WORTHWHILE <= cells <= nodes
+    return can_cut() and _WORTHWHILE <= cells <= nodes
 
 
 def dissected(space: fem.FunctionSpace) -> Indices:
@@ -61,13 +52,10 @@ def nodes_dissected(space: fem.FunctionSpace) -> Indices:
 
     As `dissected`.
     """
-    assert _partitioner is not None
     cells = space.dofmap.list
     levels = int(np.log2(len(cells) / _LEAST))
-    with _one_thread():
-        cut = _partitioner(_IMBALANCE, _SEED)
-        part = cut(MPI.COMM_SELF, 2**levels, _neighbours(space.mesh), False).array
-    return separated(cells, np.asarray(part), levels)
+    part = cut(_neighbours(space.mesh), 2**levels, _IMBALANCE)
+    return separated(cells, part, levels)
 
 
 def separated(cells: Indices, part: Indices, levels: int) -> Indices:
@@ -96,22 +84,4 @@ def _neighbours(mesh: dmesh.Mesh) -> Any:
     facets = mesh.topology.connectivity(dim - 1, dim)
     shared = facets.offsets[:-1][np.diff(facets.offsets) == 2]
     both = np.stack([facets.array[shared], facets.array[shared + 1]], axis=1)
-    both = np.concatenate([both, both[:, ::-1]])
-    count = mesh.topology.index_map(dim).size_local
-    first = np.r_[0, np.cumsum(np.bincount(both[:, 0], minlength=count))].astype(np.int32)
-    beside = both[np.argsort(both[:, 0], kind="stable"), 1].astype(np.int64)
-    return cpp.graph.AdjacencyList_int64(beside, first)
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Let SCOTCH have one thread inside, so that its parts are always the same."""
-    before = os.environ.get(_THREADS)
-    os.environ[_THREADS] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[_THREADS]
-        else:
-            os.environ[_THREADS] = before
+    return pairs_listed(both, mesh.topology.index_map(dim).size_local)

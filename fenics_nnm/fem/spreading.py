@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
+import basix
 import numpy as np
+from dolfinx import cpp
 from dolfinx import mesh as dmesh
 from dolfinx.cpp.mesh import cell_entity_type, to_type
 from dolfinx.graph import adjacencylist
@@ -16,9 +19,13 @@ from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.compat import cell_permutation, distribute_entity_data, ufl_mesh
 from fenics_nnm.fem.constraints import LinearConstraints
+from fenics_nnm.fem.cutting import can_cut, cut, pairs_listed, sharing_facets
 from fenics_nnm.fem.kept_mesh import MeshAsRead, mesh_as_read
 from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.raw_mesh import RawMesh
+
+#: Parts of ranks may differ in size by this part, so that their border is small.
+_IMBALANCE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +78,11 @@ def distributed(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> S
         raw = RawMesh(cell_type, dim, np.empty((0, dim)), no_cells, {}, {})
     # by name: dolfinx 0.10 exchanged the last two
     mesh = dmesh.create_mesh(
-        comm, raw.cells, x=raw.points * metres, e=ufl_mesh(cell_type, dim, np.float64)
+        comm,
+        raw.cells,
+        x=raw.points * metres,
+        e=ufl_mesh(cell_type, dim, np.float64),
+        partitioner=_by_first(raw) if comm.size > 1 and can_cut() else None,
     )
     mesh.topology.create_connectivity(dim - 1, dim)
     mesh.topology.create_connectivity(dim, dim - 1)
@@ -88,6 +99,24 @@ def distributed(read: Callable[[], RawMesh], metres: float, comm: MPI.Comm) -> S
     attached, constraints = _attached(named, metres), _constraints(named, metres)
     as_read = replace(as_read, digest=digest)
     return SpreadMesh(mesh, facets, cells, nodes, attached, constraints, named.notes, as_read)
+
+
+def _by_first(raw: RawMesh) -> Callable[..., Any]:
+    """How dolfinx is to spread cells that rank 0 has: cut there, with no messages, in the end.
+
+    dolfinx's own way has all ranks exchange a graph of which one has all (benchmarks/README.md).
+    """
+
+    def ranks_of(comm: MPI.Comm, parts: int, *given: Any) -> Any:
+        owners: Indices = np.empty(0, dtype=np.int32)
+        if len(raw.cells):
+            cell = _cell(raw.cell_type, raw.dim).name
+            facets = basix.topology(basix.CellType[cell])[raw.dim - 1]
+            pairs = sharing_facets(raw.cells, facets)
+            owners = cut(pairs_listed(pairs, len(raw.cells)), parts, _IMBALANCE).astype(np.int32)
+        return cpp.graph.AdjacencyList_int32(owners[:, None])
+
+    return ranks_of
 
 
 def _constraints(raw: RawMesh, metres: float) -> LinearConstraints:
@@ -114,9 +143,14 @@ def _attached(raw: RawMesh, metres: float) -> tuple[Attachment, ...]:
     )
 
 
+def _cell(cell_type: int, dim: int) -> Any:
+    """Type of a cell as dolfinx has it."""
+    return to_type(str(ufl_mesh(cell_type, dim, np.float64).ufl_cell()))
+
+
 def _in_order_of_dolfinx(raw: RawMesh) -> RawMesh:
     """The mesh with the nodes of its cells and facets in dolfinx's order."""
-    cell = to_type(str(ufl_mesh(raw.cell_type, raw.dim, np.float64).ufl_cell()))
+    cell = _cell(raw.cell_type, raw.dim)
     facet = cell_entity_type(cell, raw.dim - 1, 0)
     return replace(
         raw,

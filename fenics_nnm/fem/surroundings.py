@@ -40,6 +40,8 @@ _NATIVE = (
     "libpetsc",
     "libslepc",
     "libdmumps",
+    "libcholmod",
+    "libscotch",
     "libopenblas",
 )
 
@@ -67,7 +69,7 @@ def surroundings() -> str:
 def _source(folder: Path) -> bytes:
     """Digest of all modules of a package, so that changes within a version count."""
     total = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
+    for path in sorted(path for kind in ("*.py", "*.c") for path in folder.rglob(kind)):
         total.update(key_of(str(path.relative_to(folder)), path.read_bytes()).encode())
     return total.digest()
 

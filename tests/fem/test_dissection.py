@@ -11,7 +11,7 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
 from fenics_nnm.arrays import Indices
-from fenics_nnm.fem import dissection
+from fenics_nnm.fem import cutting, dissection
 from fenics_nnm.fem.dissection import dissected, separated, worth_dissecting
 
 
@@ -50,7 +50,7 @@ def _entries(space: fem.FunctionSpace, order: Indices) -> int:
 
 @pytest.fixture
 def needed() -> None:
-    if dissection._partitioner is None:
+    if cutting._partitioner is None:
         pytest.fail("dolfinx has no SCOTCH here, and large static states take longer")
 
 
@@ -77,5 +77,5 @@ def test_few_cells_and_cells_of_few_nodes_are_not_worth_it(monkeypatch: pytest.M
     monkeypatch.setattr(dissection, "_WORTHWHILE", 48)
     assert worth_dissecting(_space(2))
     assert not worth_dissecting(_space(2, degree=1))
-    monkeypatch.setattr(dissection, "_partitioner", None)
+    monkeypatch.setattr(cutting, "_partitioner", None)
     assert not worth_dissecting(_space(2))

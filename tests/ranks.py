@@ -51,6 +51,24 @@ def rows(path: Path) -> list[dict[str, str]]:
     return [{k: v for k, v in row.items() if k not in ROUND_OFF} for row in table]
 
 
+def row_differences(one: Path, two: Path) -> dict[str, tuple[str, str]]:
+    """Values of two tables that differ by more than the last of ten digits, by point and column."""
+    found = {}
+    for row, other in zip(rows(one), rows(two), strict=True):
+        assert list(row) == list(other)
+        for name, value in row.items():
+            if value != other[name] and not _close(value, other[name]):
+                found[f"{row['point']} {name}"] = (value, other[name])
+    return found
+
+
+def _close(one: str, two: str) -> bool:
+    try:
+        return abs(float(one) - float(two)) <= 1e-9 * abs(float(one))
+    except ValueError:
+        return False
+
+
 def field_differences(one: Path, two: Path) -> dict[str, float]:
     """Largest difference of each array of all .vtu files, as a part of its largest value.
 

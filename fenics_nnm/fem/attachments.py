@@ -138,6 +138,16 @@ def add_at_vertex(
     matrix.assemble()
 
 
+def add_spread_mass(matrix: PETSc.Mat, spread: PETSc.Mat) -> None:
+    """Add mass that is spread over facets, and not assembled yet, to M; all ranks call this.
+
+    Its pattern has entries between axes, which M has not by itself.
+    """
+    spread.assemble()
+    matrix.axpy(1.0, spread, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+    spread.destroy()
+
+
 def _size_around(mesh: dmesh.Mesh, vertex: int) -> float:
     """Largest diameter of the cells at a local vertex in m."""
     dim = mesh.topology.dim

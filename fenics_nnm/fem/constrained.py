@@ -71,7 +71,7 @@ class Constrained:
 
         Args:
             stiffness: K of the mesh, assembled.
-            mass: M of the mesh, with the same pattern.
+            mass: M of the mesh, whose pattern is a part of that of K.
 
         Raises:
             MeshError: if a point that carries something is not held by the nodes.
@@ -87,7 +87,7 @@ class Constrained:
         dependent = np.array(sorted(rows), dtype=np.int64)
         own = dependent[(dependent >= start) & (dependent < end)]
         reduced = _plus(K.PtAP(T), own, own, np.ones(len(own)))
-        inertia = _plus(M.PtAP(T), own, own, np.zeros(len(own)))  # of one pattern with K
+        inertia = _plus(M.PtAP(T), own, own, np.zeros(len(own)))  # so its pattern is a part of K's
         for matrix in (reduced, inertia):
             matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         keys = self.constraints.keys

@@ -11,7 +11,6 @@ from petsc4py import PETSc
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.fem.block import product
-from fenics_nnm.fem.sparsity import without_zeros
 from fenics_nnm.fem.system import System
 
 
@@ -48,7 +47,7 @@ class Factored:
     Attributes:
         inverse: The factors of K.
         system: Stiffness and mass, in their own order.
-        mass_matrix: Its mass without the zeros that the stiffness has entries at.
+        mass_matrix: Its mass in the order of the factors.
         comm: Ranks.
         generator: Of random displacements, of this rank.
     """
@@ -62,7 +61,7 @@ class Factored:
     @classmethod
     def of(cls, inverse: Factors, system: System, comm: MPI.Comm) -> Factored:
         """With a generator that gives the same numbers in each run."""
-        mass = without_zeros(inverse.matrix_in_order(system.mass))
+        mass = inverse.matrix_in_order(system.mass)
         return cls(inverse, system, mass, comm, np.random.default_rng(comm.rank))
 
     @property

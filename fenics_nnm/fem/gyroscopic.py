@@ -9,10 +9,11 @@ from dolfinx.fem import form
 from dolfinx.fem.petsc import assemble_matrix
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.fem.attachments import add_at_vertex, spread_form
+from fenics_nnm.fem.attachments import add_at_vertex, add_spread_mass, spread_form
 from fenics_nnm.fem.block import product
 from fenics_nnm.fem.loads import Rotation
-from fenics_nnm.fem.solid import Solid, inertia_form
+from fenics_nnm.fem.mass import mass_matrix
+from fenics_nnm.fem.solid import Solid
 from fenics_nnm.reduction.gyroscopic import coriolis_frequencies as frequencies_with
 from fenics_nnm.reduction.linear_modes import LinearModes
 from fenics_nnm.reduction.operators import Operators
@@ -63,15 +64,13 @@ def coriolis_frequencies(
 def inertia_of_free_body(solid: Solid, columns: Array) -> Array:
     """M u with the mass of a body that nothing holds: e x u may point along a held direction."""
     body, space, none = solid.body, solid.space, np.empty(0, dtype=np.int32)
-    matrix = assemble_matrix(form(inertia_form(space, body, solid.regions)))
-    matrix.assemble()
+    matrix = mass_matrix(space, solid.regions, body.extent)
     for each in body.attachments:
         if each.kind == "mass" and each.point:
             add_at_vertex(matrix, space, solid.vertices[each.key], each.values, none)
         elif each.kind == "mass":
             spread = form(spread_form(space, solid.tagged, each, none, body.extent))
-            assemble_matrix(matrix, spread)
-            matrix.assemble()
+            add_spread_mass(matrix, assemble_matrix(spread))
     found = product(matrix, columns)
     matrix.destroy()
     return found

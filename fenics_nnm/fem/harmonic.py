@@ -136,9 +136,8 @@ class HarmonicSolver(HeldTogether):
 
     def _factorise_at(self, s: float) -> None:
         system = self._system
-        same = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-        system.stiffness.copy(self._matrix, same)
-        self._matrix.axpy(-s, system.mass, same)
+        system.stiffness.copy(self._matrix, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        self._matrix.axpy(-s, system.mass, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         self._ksp.setOperators(self._matrix)
         try:

@@ -94,7 +94,7 @@ def modes_below(solid: Solid, shift: float, memory: float | None = None) -> int:
         ConvergenceError: if there is no factorisation for another reason.
     """
     shifted = solid.system.stiffness.copy()
-    shifted.axpy(-shift, solid.system.mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+    shifted.axpy(-shift, solid.system.mass, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
     shifted.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     ksp = PETSc.KSP().create(shifted.comm)
     ksp.setOptionsPrefix("nnm_inertia_")

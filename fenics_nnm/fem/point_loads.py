@@ -89,7 +89,7 @@ def _spread(
 ) -> tuple[PETSc.Mat, Array]:
     """D and f of masses that are spread over facets."""
     dim, mesh = solid.tagged.dim, solid.tagged.mesh
-    matrix, force = solid.mass.copy(), np.zeros(solid.owned)
+    matrix, force = solid.stiffness.copy(), np.zeros(solid.owned)
     matrix.zeroEntries()
     P = fem.Constant(mesh, np.ascontiguousarray(rotation.normal[:dim, :dim]))
     u, v, x = ufl.TrialFunction(solid.space), ufl.TestFunction(solid.space), _place(solid, rotation)

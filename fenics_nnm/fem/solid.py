@@ -17,12 +17,14 @@ from fenics_nnm.fem.attachment import Attachment
 from fenics_nnm.fem.attachments import (
     Vertex,
     add_at_vertex,
+    add_spread_mass,
     nearest_vertex,
     spread_form,
 )
 from fenics_nnm.fem.clamp import Clamp, held_blocks, held_points
 from fenics_nnm.fem.constrained import constrained
 from fenics_nnm.fem.constraints import NO_CONSTRAINTS, LinearConstraints
+from fenics_nnm.fem.mass import mass_matrix
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.regions import Region, Regions, regions_on
 from fenics_nnm.fem.state import StaticState
@@ -138,7 +140,8 @@ def assemble_solid(
         clamp.append(_held_along(space, axis, joined.held[joined.held % tagged.dim == axis]))
     unrolled = np.union1d(unrolled, joined.held).astype(np.int32)
     K = assemble_matrix(fem.form(_strain_energy(space, body, regions)), clamp, 1.0)
-    M = assemble_matrix(fem.form(inertia_form(space, body, regions)), clamp, 0.0)
+    M = mass_matrix(space, regions, body.extent)
+    M.zeroRowsColumns(_owned_rows(space, unrolled), 0.0)
     vertices = _attach(tagged, space, body, (K, M), clamp, unrolled)
     K, M, system = joined.system(K, M)
     for matrix in (K, M):
@@ -193,7 +196,7 @@ def _attach(
 ) -> dict[str, Vertex]:
     """Add masses and springs to K and M, which are left assembled; vertices of those at points."""
     vertices = {}
-    for matrix, kind, diagonal in zip(matrices, ("spring", "mass"), (1.0, 0.0), strict=True):
+    for matrix, kind in zip(matrices, ("spring", "mass"), strict=True):
         matrix.assemble()  # what is added to values that are still on their way is lost
         for each in body.attachments:
             if each.kind == kind and each.point:
@@ -201,9 +204,19 @@ def _attach(
                 add_at_vertex(matrix, space, vertices[each.key], each.values, clamped)
             elif each.kind == kind:
                 form = fem.form(spread_form(space, tagged, each, clamped, body.extent))
-                assemble_matrix(matrix, form, clamp, diagonal)
-                matrix.assemble()
+                if kind == "mass":
+                    add_spread_mass(matrix, assemble_matrix(form, clamp, 0.0))
+                else:
+                    assemble_matrix(matrix, form, clamp, 1.0)
+                    matrix.assemble()
     return vertices
+
+
+def _owned_rows(space: fem.FunctionSpace, unrolled: Indices) -> Indices:
+    """Rows of a matrix that this rank has, of local degrees of freedom, ghosts included."""
+    size, index_map = space.dofmap.index_map_bs, space.dofmap.index_map
+    own = unrolled[unrolled < index_map.size_local * size]
+    return (own + index_map.local_range[0] * size).astype(np.int32)
 
 
 def stress_tensor(u: Expr, solid: Solid) -> Expr:
@@ -214,15 +227,6 @@ def stress_tensor(u: Expr, solid: Solid) -> Expr:
     """
     theory, mesh = solid.body.theory, solid.tagged.mesh
     return solid.regions.piecewise(lambda material: cauchy_stress(u, material, theory, mesh))
-
-
-def inertia_form(space: fem.FunctionSpace, body: Body, regions: Regions) -> Expr:
-    """Bilinear form of the inertia."""
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    return regions.integral(
-        lambda each: fem.Constant(space.mesh, float(each.density * body.extent)) * ufl.inner(u, v),
-        body.degree,
-    )
 
 
 def _strain_energy(space: fem.FunctionSpace, body: Body, regions: Regions) -> Expr:

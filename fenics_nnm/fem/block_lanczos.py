@@ -112,6 +112,15 @@ class _Basis:
             np.matmul(found.T, of.T, out=columns[:, own].T)
         self.last, self.size = own.start, own.stop
 
+    @classmethod
+    def begun(cls, shapes: Array, mass_shapes: Array, theta: Array, capacity: int) -> _Basis:
+        """One of Ritz vectors alone, M times these, and their theta."""
+        basis = cls.of(len(shapes), capacity)
+        basis.append(shapes, mass_shapes, np.eye(len(theta)))
+        basis.T[range(len(theta)), range(len(theta))] = theta
+        basis.last = basis.size
+        return basis
+
     def keep(self, theta: Array, S: Array) -> None:
         """The Ritz vectors V S in place of all columns."""
         count = S.shape[1]
@@ -192,8 +201,8 @@ class BlockLanczos:
         """
         self._inverse, self._free = inverse, free
         self._count, self._wanted = count, min(count + spare, free)
-        capacity = min(2 * self._wanted + _ROOM * BLOCK, free)
-        self._basis = _Basis.of(rows, capacity)
+        self._capacity = min(2 * self._wanted + _ROOM * BLOCK, free)
+        self._basis = _Basis.of(rows, self._capacity)
         self._add_random(BLOCK)
 
     def run(self) -> None:
@@ -218,18 +227,30 @@ class BlockLanczos:
             f"converged in {_BLOCKS} blocks of {BLOCK}"
         )
 
-    def search_again(self) -> None:
-        """Go on from the modes that have converged, and from random displacements beside them.
+    def search_again(self, shapes: Array) -> None:
+        """Go on from the shapes of `settled`, and from random displacements beside them.
 
         For modes of one frequency that are more than the columns of a block.
+
+        Args:
+            shapes: The first mass-normalised shapes, of which those that have converged are taken.
         """
-        self._restart(np.flatnonzero(self._good()))
+        kept = np.flatnonzero(self._good()[: shapes.shape[1]])
+        found = np.asfortranarray(shapes[:, kept])
+        mass = self._inverse.mass(found)
+        self._basis = _Basis.begun(found, mass, self.theta[kept], self._capacity)
         self._add_random(BLOCK)
         self.run()
 
     def shapes(self, count: int) -> Array:
         """The first mass-normalised shapes, shape (n_owned, count)."""
         return _times(self._basis.V[:, : self._basis.size], self._S[:, :count])
+
+    def settled(self, count: int) -> Array:
+        """The same, for which the basis, most of the memory, is given up until `search_again`."""
+        shapes = self.shapes(count)
+        self._basis = _Basis.of(len(shapes), 0)
+        return shapes
 
     def _applied(self) -> _Rest:
         """Apply A to the last block: T, its Ritz pairs, and what goes beyond the basis."""

@@ -92,11 +92,13 @@ class DirectModalSolver(HeldTogether):
         inverse = self.factored()
         lanczos = BlockLanczos(inverse, inverse.rows, self.free, count, _SPARE)
         lanczos.run()
+        squared, shapes = self._found(lanczos, count)
         for _ in range(_SEARCHES):
             with suppress(MissedModesError):
-                return self._counted(lanczos, count)
-            lanczos.search_again()
-        return self._counted(lanczos, count)
+                return self._counted(squared, shapes, count)
+            lanczos.search_again(shapes)
+            squared, shapes = self._found(lanczos, count)
+        return self._counted(squared, shapes, count)
 
     def static(self, forces: Array) -> Array:
         """Static displacements under columns of forces, solved as one block.
@@ -167,22 +169,31 @@ class DirectModalSolver(HeldTogether):
             ) from error
         return inverse
 
-    def _counted(self, lanczos: BlockLanczos, count: int) -> LinearModes:
-        """Modes that were counted.
+    def _found(self, lanczos: BlockLanczos, count: int) -> tuple[Array, Array]:
+        """Squared frequencies and shapes of the modes wanted and of those beyond, by theta.
+
+        The count needs the memory of the basis, which is given up for the shapes.
 
         Raises:
             ModelError: if the body can move as a rigid body.
-            MissedModesError: if one was missed.
         """
         squared = _squared(lanczos.theta[: count + _SPARE + _RIGID])
         if len(squared) < min(count + _SPARE, self.free):
             squared = self._with_lost(squared, self._inverse.restored(lanczos.shapes(len(squared))))
         assert_held(self._solid, squared)
         squared = squared[: count + _SPARE]
+        return squared, lanczos.settled(len(squared))
+
+    def _counted(self, squared: Array, shapes: Array, count: int) -> LinearModes:
+        """Modes that were counted, of squared frequencies and their shapes.
+
+        Raises:
+            MissedModesError: if one was missed.
+        """
         order = np.argsort(squared)
         squared = squared[order]
         below = counted_below(self._solid, squared, count, self._memory)
-        shapes = self._inverse.restored(lanczos.shapes(len(squared))[:, order[:count]])
+        shapes = self._inverse.restored(shapes[:, order[:count]])
         return LinearModes(np.sqrt(squared[:count]), self._system.whole(shapes), below)
 
     def _with_lost(self, squared: Array, shapes: Array) -> Array:

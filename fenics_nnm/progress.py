@@ -12,7 +12,7 @@ from threading import Event, Thread
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from fenics_nnm.stages import NEARLY, Stages
+from fenics_nnm.stages import NEARLY, Stages, duration
 
 #: Seconds between two lines about a stage, and between two looks at the clock.
 _PATIENCE, _PAUSE = 30.0, 1.0
@@ -131,12 +131,3 @@ def _ticking(lines: Lines) -> Iterator[None]:
     finally:
         ended.set()
         thread.join()
-
-
-def duration(seconds: float) -> str:
-    """Seconds, half minutes up to ten, or minutes, in words."""
-    if seconds < 90:
-        return f"{max(1.0, seconds):.0f} s"
-    if seconds < 600:
-        return f"{round(seconds / 30) / 2:g} min"
-    return f"{seconds / 60:.0f} min"

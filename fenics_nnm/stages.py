@@ -49,3 +49,12 @@ class Stages:
     def report(self, done: float) -> None:
         """Report to the listener which part of the present stage is done; all of it at its end."""
         self.listener(self._current, min(done, NEARLY))
+
+
+def duration(seconds: float) -> str:
+    """Seconds, half minutes up to ten, or minutes, in words."""
+    if seconds < 90:
+        return f"{max(1.0, seconds):.0f} s"
+    if seconds < 600:
+        return f"{round(seconds / 30) / 2:g} min"
+    return f"{seconds / 60:.0f} min"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_nnm.arrays import Array
-from fenics_nnm.progress import duration
+from fenics_nnm.stages import duration
 
 #: With fewer contact points than this an analysis is short.
 MANY = 300

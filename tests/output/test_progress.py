@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from fenics_nnm.progress import WHAT, Lines, duration, progress
-from fenics_nnm.stages import Stages
+from fenics_nnm.progress import WHAT, Lines, progress
+from fenics_nnm.stages import Stages, duration
 from fenics_nnm.structure.expected_time import Costs, expectation
 
 

@@ -1,8 +1,10 @@
-"""Imports without a search for cycles: what it leaves on and off afterwards."""
+"""Imports: no search for cycles in between, and what a run does not import."""
 
 from __future__ import annotations
 
 import gc
+import subprocess
+import sys
 
 import pytest
 
@@ -28,3 +30,9 @@ def test_search_goes_on_after_an_import_that_fails() -> None:
         raise ModuleNotFoundError
     gc.unfreeze()
     assert gc.isenabled()
+
+
+def test_a_run_that_shows_no_bars_imports_nothing_that_draws_them() -> None:
+    asked = "import sys, fenics_nnm.run; print('rich' in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", asked], check=True, capture_output=True, text=True)
+    assert told.stdout.split() == ["False"]

@@ -26,7 +26,7 @@ static void nnm_free(nnm_factors *f)
     free(f);
 }
 
-/* Factors of the symmetric matrix of n rows in compressed rows, of which the entries on and below
+/* Factors of the symmetric matrix of n rows in compressed rows, of which the entries on and after
    the diagonal are read. NULL where it is not positive definite or memory is short. */
 static nnm_factors *nnm_factorise(int n, int *starts, int *columns, double *values)
 {
@@ -42,14 +42,14 @@ static nnm_factors *nnm_factorise(int n, int *starts, int *columns, double *valu
     common->method[0].ordering = CHOLMOD_NATURAL;
     common->postorder = 1;
 
-    cholmod_sparse A; /* rows below the diagonal are columns above it */
+    cholmod_sparse A; /* rows after the diagonal are columns below it */
     memset(&A, 0, sizeof(A));
     A.nrow = A.ncol = (size_t)n;
     A.nzmax = (size_t)starts[n];
     A.p = starts;
     A.i = columns;
     A.x = values;
-    A.stype = 1;
+    A.stype = -1;
     A.itype = CHOLMOD_INT;
     A.xtype = CHOLMOD_REAL;
     A.dtype = CHOLMOD_DOUBLE;

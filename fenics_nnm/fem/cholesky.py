@@ -56,7 +56,7 @@ class Cholesky:
         Args:
             kernel: Of `kernel`.
             starts: Where each row begins in the arrays below, and their end, shape (n + 1,).
-            columns: Columns of the entries, of which those above the diagonal are not read.
+            columns: Columns of the entries, of which those before the diagonal are not read.
             values: Entries.
 
         Raises:

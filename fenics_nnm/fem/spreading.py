@@ -25,7 +25,7 @@ from fenics_nnm.fem.parallel import on_root
 from fenics_nnm.fem.raw_mesh import RawMesh
 
 #: Parts of ranks may differ in size by this part, so that their border is small.
-_IMBALANCE = 0.05
+_IMBALANCE = 0.03
 
 
 @dataclass(frozen=True, slots=True)

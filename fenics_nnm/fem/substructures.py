@@ -108,16 +108,16 @@ class Substructures:
         """
         comm = solid.tagged.mesh.comm
         self._comm, self._shared, inner = comm, len(part.shared), len(part.inner)
-        own, held = _matrices(solid, part)
-        self._factors = self._factorised(code, own, inner)
+        held = _of_interface(solid, part)
+        end = held[np.ix_(part.places, part.places)]
+        self._factors = self._factorised(code, solid, part, end)
         face = self._factors.order[inner:] - inner
         self._L = self._factors.last(len(face))
         self._places = part.places[face]
         self._owned = np.flatnonzero(part.face[face] < solid.owned)
         self._inner = part.inner[self._factors.order[:inner]]
         self._outer = part.face[face][self._owned]
-        before = own[inner:, inner:].toarray()[np.ix_(face, face)]
-        self._condensed = self._condensation(self._L @ self._L.T - before, held)
+        self._condensed = self._condensation(self._L @ self._L.T - end[np.ix_(face, face)], held)
         self._assert_solves(solid.stiffness)
 
     @classmethod
@@ -168,19 +168,20 @@ class Substructures:
         """Free the factors."""
         self._factors.release()
 
-    def _factorised(self, code: ModuleType, own: csr_matrix, inner: int) -> Cholesky:
+    def _factorised(self, code: ModuleType, solid: Solid, part: Part, end: Array) -> Cholesky:
         """Factors of this rank's rows, the interface last.
 
         Raises:
             ConvergenceError: on all ranks, if one has none.
         """
+        inner = len(part.inner)
         with _on_all(self._comm):
-            factors = Cholesky(code, *_with_dense_end(own, inner))
+            factors = Cholesky(code, *_with_end(_inner_rows(solid, part), end))
             if (factors.order[inner:] < inner).any():
                 raise ConvergenceError("CHOLMOD does not keep the interface last")
         return factors
 
-    def _condensation(self, change: Array, held: csr_matrix) -> tuple[Array, bool]:
+    def _condensation(self, change: Array, held: Array) -> tuple[Array, bool]:
         """Factors of the stiffness S that is condensed to the interface.
 
         Args:
@@ -193,7 +194,7 @@ class Substructures:
         S = np.zeros((self._shared, self._shared))
         S[np.ix_(self._places, self._places)] = change
         self._comm.Allreduce(MPI.IN_PLACE, S)
-        S += held.toarray()
+        S += held
         with _on_all(self._comm):
             try:
                 factors: tuple[Array, bool] = cho_factor(S, lower=True, overwrite_a=True)
@@ -204,7 +205,8 @@ class Substructures:
     def _solve(self, columns: Array, found: Array) -> None:
         inner, face = len(self._inner), len(self._places)
         own = np.zeros((inner + face, columns.shape[1]), order="F")
-        own[:inner] = columns[self._inner]
+        for column in range(columns.shape[1]):
+            np.take(columns[:, column], self._inner, out=own[:inner, column], mode="clip")
         self._factors.forward(own)
         shared = np.zeros((self._shared, columns.shape[1]))
         shared[self._places] = self._L @ own[inner:]
@@ -213,7 +215,8 @@ class Substructures:
         shared = cho_solve(self._condensed, shared, overwrite_b=True, check_finite=False)
         own[inner:] = self._L.T @ shared[self._places]
         self._factors.backward(own)
-        found[self._inner] = own[:inner]
+        for column in range(columns.shape[1]):
+            found[self._inner, column] = own[:inner, column]
         found[self._outer] = shared[self._places[self._owned]]
 
     def _assert_solves(self, stiffness: PETSc.Mat) -> None:
@@ -250,46 +253,50 @@ def _on_all(comm: MPI.Intracomm) -> Iterator[None]:
         raise ConvergenceError(next(filter(None, words)))
 
 
-def _matrices(solid: Solid, part: Part) -> tuple[csr_matrix, csr_matrix]:
-    """Stiffness of this rank's rows, inner ones first, and that of the whole interface."""
+def _inner_rows(solid: Solid, part: Part) -> csr_matrix:
+    """Stiffness at the inner rows of a rank: of itself, and of the interface after it.
+
+    Raises:
+        ConvergenceError: if it has entries at other columns.
+    """
     nodes, size = solid.space.dofmap.index_map, solid.space.dofmap.index_map_bs
     rows = np.concatenate([part.inner, part.face])
     numbers = np.asarray(nodes.local_to_global((rows // size).astype(np.int32)), dtype=np.int64)
-    sets = [
-        PETSc.IS().createGeneral(each.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
-        for each in (numbers * size + rows % size, part.shared)
-    ]
-    found = []
-    for matrix in solid.stiffness.createSubMatrices(sets, sets):
-        starts, columns, values = matrix.getValuesCSR()
-        found.append(csr_matrix((values, columns, starts), shape=matrix.getSize()))
-        matrix.destroy()
-    return found[0], found[1]
+    place = np.full(nodes.size_global * size, -1, dtype=np.int32)
+    place[numbers * size + rows % size] = np.arange(len(rows))
+    starts, columns, values = solid.stiffness.getValuesCSR()
+    shape = (len(starts) - 1, len(place))
+    found = csr_matrix((values, columns, starts), shape=shape)[part.inner]
+    columns = place[found.indices]
+    if (columns < 0).any():
+        raise ConvergenceError("the stiffness couples inner displacements of two ranks")
+    return csr_matrix((found.data, columns, found.indptr), shape=(len(part.inner), len(rows)))
 
 
-def _with_dense_end(matrix: csr_matrix, inner: int) -> tuple[Indices, Indices, Array]:
-    """Rows of a matrix of which those after the inner ones have entries at each other's columns.
+def _of_interface(solid: Solid, part: Part) -> Array:
+    """Stiffness of the whole interface with all inner displacements held, shape (s, s)."""
+    rows = PETSc.IS().createGeneral(part.shared.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+    (matrix,) = solid.stiffness.createSubMatrices([rows], [rows])
+    starts, columns, values = matrix.getValuesCSR()
+    size = matrix.getSize()
+    matrix.destroy()
+    return np.asarray(csr_matrix((values, columns, starts), shape=size).toarray())
 
-    So that they stay last in the order of the factors, which are dense there.
+
+def _with_end(inner: csr_matrix, end: Array) -> tuple[Indices, Indices, Array]:
+    """Rows of a symmetric matrix, those after the inner ones from their diagonal block on.
+
+    The latter has all entries, also those that are zero: so it stays last in the order of the
+    factors, which are dense there.
 
     Returns:
         Starts of rows, columns and values, as of `Cholesky`.
     """
-    face = matrix.shape[0] - inner
-    coupling, end = matrix[inner:, :inner], matrix[inner:, inner:].toarray()
-    each = np.diff(coupling.indptr)
-    starts = np.concatenate([matrix.indptr[: inner + 1], np.cumsum(each + face)])
-    starts[inner + 1 :] += matrix.indptr[inner]
-    size = matrix.indptr[inner]
-    columns = np.empty(starts[-1], dtype=np.int32)
-    values = np.empty(starts[-1])
-    columns[:size], values[:size] = matrix.indices[:size], matrix.data[:size]
-    row = np.repeat(np.arange(face), each)
-    at = size + np.arange(len(row)) + row * face
-    columns[at], values[at] = coupling.indices, coupling.data
-    at = (starts[inner + 1 :, None] - face) + np.arange(face)
-    columns[at], values[at] = np.arange(inner, inner + face), end
-    return starts, columns, values
+    count, whole = inner.shape
+    face = whole - count
+    starts = np.concatenate([inner.indptr, inner.indptr[-1] + face * np.arange(1, face + 1)])
+    columns = np.concatenate([inner.indices, np.tile(np.arange(count, whole), face)])
+    return starts, columns, np.concatenate([inner.data, end.ravel()])
 
 
 def _unrolled(blocks: Indices, size: int) -> Indices:

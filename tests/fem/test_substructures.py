@@ -16,7 +16,7 @@ from fenics_nnm.arrays import Array
 from fenics_nnm.errors import ConvergenceError
 from fenics_nnm.fem import cholesky
 from fenics_nnm.fem.cholesky import Cholesky
-from fenics_nnm.fem.substructures import _with_dense_end
+from fenics_nnm.fem.substructures import _with_end
 
 SCRIPT = Path(__file__).parents[1] / "substructures_on_ranks.py"
 
@@ -31,7 +31,7 @@ def grid(size: int) -> Array:
 def factors(matrix: Array, inner: int) -> Cholesky:
     code = cholesky.kernel(MPI.COMM_SELF)
     assert code is not None, "cholesky.c cannot be compiled, and several ranks take longer"
-    return Cholesky(code, *_with_dense_end(csr_matrix(matrix), inner))
+    return Cholesky(code, *_with_end(csr_matrix(matrix[:inner]), matrix[inner:, inner:]))
 
 
 def test_factors_are_those_of_the_matrix_with_its_end_last() -> None:
@@ -50,11 +50,13 @@ def test_factors_are_those_of_the_matrix_with_its_end_last() -> None:
     found.release()
 
 
-def test_a_dense_end_adds_zeros_alone() -> None:
+def test_an_end_has_all_entries_of_its_block() -> None:
     K = grid(5)
-    starts, columns, values = _with_dense_end(csr_matrix(K), 20)
-    assert csr_matrix((values, columns, starts)).toarray() == pytest.approx(K)
-    assert np.diff(starts)[20:].tolist() == [np.count_nonzero(row[:20]) + 5 for row in K[20:]]
+    starts, columns, values = _with_end(csr_matrix(K[:20]), K[20:, 20:])
+    found = csr_matrix((values, columns, starts)).toarray()
+    assert found[:20] == pytest.approx(K[:20])
+    assert found[20:, 20:] == pytest.approx(K[20:, 20:]) and not found[20:, :20].any()
+    assert np.diff(starts)[20:].tolist() == [5] * 5
 
 
 def test_a_matrix_that_is_not_definite_has_no_factors() -> None:

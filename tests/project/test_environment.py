@@ -39,6 +39,7 @@ CONDA = {
     "libsuitesparse-dev": "suitesparse",
     "python3-cffi": "cffi",
     "libopenblas0-pthread": "libblas",  # its build with OpenBLAS
+    "python3-platformdirs": "",  # pip has it for pooch
     "libegl1": "",
     "libgl1-mesa-dri": "",
     "g++": "cxx-compiler",

@@ -69,18 +69,14 @@ class Part:
     def of(cls, space: fem.FunctionSpace, comm: MPI.Intracomm) -> Part:
         """The rows of a space of displacements; to be called on all ranks."""
         nodes, size = space.dofmap.index_map, space.dofmap.index_map_bs
-        own, ghosts = nodes.size_local, nodes.num_ghosts
-        elsewhere = np.zeros(own + ghosts, dtype=bool)
-        elsewhere[:own] = np.diff(nodes.index_to_dest_ranks().offsets)[:own] > 0
-        elsewhere[own:] = True
+        shared = np.unique(np.concatenate(comm.allgather(np.asarray(nodes.ghosts, dtype=np.int64))))
         order = nodes_dissected(space)
-        face = order[elsewhere[order]]
-        numbers = np.asarray(nodes.local_to_global(face.astype(np.int32)), dtype=np.int64)
-        shared = np.unique(np.concatenate(comm.allgather(numbers)))
+        numbers = np.asarray(nodes.local_to_global(order.astype(np.int32)), dtype=np.int64)
+        elsewhere = np.isin(numbers, shared)
         return cls(
-            _unrolled(order[~elsewhere[order]], size),
-            _unrolled(face, size),
-            _unrolled(np.searchsorted(shared, numbers), size),
+            _unrolled(order[~elsewhere], size),
+            _unrolled(order[elsewhere], size),
+            _unrolled(np.searchsorted(shared, numbers[elsewhere]), size),
             _unrolled(shared, size),
         )
 

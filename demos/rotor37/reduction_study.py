@@ -124,10 +124,11 @@ print(
 print("\n".join(rows))
 print(
     f"\ndocs: full_order\nThe frequency error of the massless boundary falls like J^-{rate:.1f}. "
-    f"Two runs at full order have mass at the contact points, with 40 and with 10 explicit modes. "
-    f"The relative difference of their frequencies is at most {same:.1e}. The number of matrix "
-    f"factorisations is {factorisations[3]} with 40 explicit modes, and {factorisations[4]} with "
-    f"10 explicit modes. With J = 40, the frequencies of the massless boundary and of "
+    f"Two runs at full order have mass at the contact points, with 40 and with 10 explicit modes "
+    f"(modes whose modal coordinates are unknowns of the equations). The relative difference of "
+    f"their frequencies is at most {same:.1e}. The number of matrix factorisations is "
+    f"{factorisations[3]} with 40 explicit modes, and {factorisations[4]} with 10 explicit modes. "
+    f"With J = 40, the frequencies of the massless boundary and of "
     f"Craig-Bampton (contact directions) differ by at most {apart:.3%}. This difference comes from "
     f"harmonics of the contact force above the fifth.\n"
 )

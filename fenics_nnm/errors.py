@@ -39,6 +39,7 @@ class Code(StrEnum):
     MODES_OF_ITERATION = "modes of an iteration"
     NOT_HELD = "not held"
     OUT_OF_PLANE = "out of plane"
+    REFINED_SIZE = "refined size"
     REFERENCE = "reference displacement"
     STEADY_LOADS = "steady loads"
     STILL_MODE = "still mode"

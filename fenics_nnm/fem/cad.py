@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from mpi4py import MPI
 
-from fenics_nnm.arrays import Array
 from fenics_nnm.fem.boundary import boundary
 from fenics_nnm.fem.cached_mesh import kept_or_made
 from fenics_nnm.fem.cad_model import Cad, MeshCad, Near
@@ -72,22 +71,21 @@ def read_cad(
         if not refined:
             return raw
         coarse = pick(spread_mesh(lambda: raw, metres, MPI.COMM_SELF))
-        near = tuple(
-            Near(_samples(coarse, part, part.size * metres) / metres, part.size, part.distance)
-            for part in refined
-        )
-        return meshed(MeshCad(cad, near))
+        return meshed(MeshCad(cad, tuple(_near(coarse, part, metres) for part in refined)))
 
     return spread_mesh(read, metres, comm)
 
 
-def _samples(coarse: TaggedMesh, part: Refined, spacing: float) -> Array:
-    """Points in m all over the facets, at most about `spacing` apart, shape (n, dim)."""
+def _near(coarse: TaggedMesh, part: Refined, metres: float) -> Near:
+    """Points all over the facets, at most about the edge length apart, in the unit of the file."""
     facets = coarse.facets_of(part.facets, part.key)
     surface = boundary(coarse.mesh)
-    corners = surface.corners[surface.mask(facets) != 0]
-    longest = float(surface.sizes.max())
-    parts = int(np.clip(np.ceil(longest / spacing), 1, _MOST_PARTS))
+    chosen = surface.mask(facets) != 0
+    corners = surface.corners[chosen] / metres
+    longest = float(surface.sizes.max()) / metres
+    parts = int(np.ceil(min(longest / part.size, _MOST_PARTS)))
     grid = np.array(list(np.ndindex(*[parts + 1] * corners.shape[1])))
     weights = grid[grid.sum(axis=1) == parts] / parts
-    return np.einsum("wc,fcd->fwd", weights, corners).reshape(-1, corners.shape[2])
+    points = np.einsum("wc,fcd->fwd", weights, corners).reshape(-1, corners.shape[2])
+    area = float(surface.areas[chosen].sum()) / metres ** (coarse.dim - 1)
+    return Near(points, area, part.size, part.distance)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import gmsh
@@ -63,14 +63,28 @@ class Near:
     """Smaller elements near points; lengths in the unit of the file.
 
     Attributes:
-        points: Places, shape (n, dim).
+        points: Places all over some facets, shape (n, dim).
+        area: Area of the facets; length in 2-D.
         size: Edge length at the points.
         distance: Distance over which the edge length grows to that of the rest.
     """
 
     points: Array
+    area: float
     size: float
     distance: float
+
+    def count(self, largest: float, volume: float, dim: int) -> float:
+        """About how many elements are near: six on each cube of their edge length.
+
+        The edge length h grows linearly to `largest` with the distance x from the facets:
+        6 area times the integral of h^-dim over x, as far as the body of this volume reaches.
+        """
+        slope = (largest - self.size) / self.distance
+        reach = self.size + slope * min(self.distance, volume / self.area)
+        with np.errstate(over="ignore"):
+            lines = np.array([self.size, reach]) ** (1.0 - dim)
+        return 6 * self.area / (slope * (dim - 1)) * float(lines[0] - lines[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,10 +141,28 @@ class MeshCad:
             _open(self.cad, PrivateFolder(folder), trusted=self.trusted)
             dim = gmsh.model.getDimension()
             _name_entities(name, dim)
-            _check_size(self.cad, dim)
+            _check_size(self.cad, self.near, dim)
             with _smaller(self.cad, self.near, dim):
                 _generate(self.cad, dim, folder)
-            return extracted(name)
+            return replace(extracted(name), notes=_left_out(dim))
+
+
+def _left_out(dim: int) -> tuple[str, ...]:
+    """A line about faces that bound no solid; edges that bound no face of a plane body."""
+    shapes = gmsh.model.getEntities(dim - 1) if dim > 1 else []
+    alone = [shape for shape in shapes if not len(gmsh.model.getAdjacencies(*shape)[0])]
+    if not alone:
+        return ()
+    word, whole = ("face", "solid") if dim == 3 else ("edge", "face")
+    one = len(alone) == 1
+    what = (
+        f"1 {word} that bounds no {whole} is"
+        if one
+        else (f"{len(alone)} {word}s that bound no {whole} are")
+    )
+    centre = np.reshape(gmsh.model.getBoundingBox(*alone[0]), (2, 3)).mean(axis=0)
+    place = ", ".join(f"{x:.4g}" for x in centre)
+    return (f"{what} left out, the first about ({place}) in the file",)
 
 
 def _open(cad: Cad, folder: PrivateFolder, *, trusted: bool) -> None:
@@ -240,18 +272,26 @@ def _joined(name: str, dim: int) -> dict[str, list[int]]:
     return found
 
 
-def _check_size(cad: Cad, dim: int) -> None:
+def _check_size(cad: Cad, near: tuple[Near, ...], dim: int) -> None:
     """Refuse sizes that would give more elements than anybody means."""
-    if cad.element_size is None or not gmsh.model.occ.getEntities(dim):
+    parts = gmsh.model.occ.getEntities(dim)
+    if cad.element_size is None or not parts:
         return
-    volume = sum(gmsh.model.occ.getMass(dim, tag) for _, tag in gmsh.model.occ.getEntities(dim))
-    count = 6 * volume / cad.element_size**dim
-    if count > _MOST_ELEMENTS:
+    volume = sum(gmsh.model.occ.getMass(*part) for part in parts)
+    least = (6 * volume / _MOST_ELEMENTS) ** (1 / dim)
+    if cad.element_size < least:
         raise MeshError(
-            f"element size = {cad.element_size:g}: gives about {count:.2g} elements: the body "
-            f"has {_extent(cad.length_unit)}: must be larger",
+            f"element size = {cad.element_size:g}: gives more than {_MOST_ELEMENTS} elements: the "
+            f"body has {_extent(cad.length_unit)}: must be larger than {least:.2g}",
             code=Code.ELEMENT_SIZE,
         )
+    for part in near:
+        if dim > 1 and part.count(cad.element_size, volume, dim) > _MOST_ELEMENTS:
+            raise MeshError(
+                f"refined size = {part.size:g}: gives more than {_MOST_ELEMENTS} elements within "
+                f"{part.distance:g} of the facets: must be larger, or the distance smaller",
+                code=Code.REFINED_SIZE,
+            )
 
 
 def _generate(cad: Cad, dim: int, folder: Path) -> None:

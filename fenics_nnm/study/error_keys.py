@@ -69,6 +69,7 @@ KEYS: Mapping[Code, tuple[tuple[str, str], ...]] = {
     Code.REFERENCE: (
         ("the reference displacement is missing", "contact.reference_displacement: is missing"),
     ),
+    Code.REFINED_SIZE: (("refined size = ", "mesh.refine.size = "),),
     Code.STEADY_LOADS: (("steady loads", "steady loads, [rotation] and [load],"),),
     Code.STILL_MODE: (
         ("another mode or contact direction", "another mode.number or contact.direction"),

@@ -210,7 +210,13 @@ BAD = [
     (lambda path: path.write_text("nonsense"), {}, ["gmsh cannot read it"]),
     (lambda path: two_blocks(path, -5.0), {}, ["solids overlap"]),
     (block, {"length_unit": "m"}, ['length_unit = "m"', "0.1 x 0.04 x 0.02 m", "100 x 40 x 20 m"]),
-    (block, {"element_size": 0.01}, ["element_size = 0.01", "elements", "must be larger"]),
+    (block, {"element_size": 0.01}, ["element_size = 0.01", "elements", "larger than 0.45"]),
+    (block, {"element_size": 1e-300}, ["element_size = 1e-300", "elements", "than 0.45"]),
+    (
+        block,
+        {"refine": [{"facets": "face 1", "size": 0.01, "distance": 5.0}]},
+        ["mesh.refine.size = 0.01", "elements within 5 of the facets: must be larger"],
+    ),
     (block, {"element_size": None}, ["mesh.element_size: is missing"]),
     (block, {"order": 3}, ["mesh.order = 3", "1: straight"]),
     (
@@ -265,6 +271,19 @@ def test_faces_that_close_to_no_solid(
     mesh = {"file": "open.brep", "length_unit": "m", "element_size": 0.5}
     ended = command("check", study_file(BEAM, mesh={"=": mesh}))
     ended.assert_one_line(2, "5 faces", "close to no solid")
+
+
+def test_faces_beside_a_solid_are_told(tmp_path: Path) -> None:
+    """They are no part of the body: a blade of surfaces on a disk that is a solid would be lost."""
+    with saved_model(tmp_path / "sheet.step"):
+        gmsh.model.occ.addBox(0, 0, 0, 100, 100, 100)
+        gmsh.model.occ.addRectangle(0, 0, 200, 100, 50)
+        gmsh.model.occ.synchronize()
+    tagged = mesh_of(tmp_path / "sheet.step", element_size=50.0)
+    assert tagged.notes == (
+        "1 face that bounds no solid is left out, the first about (50, 25, 200) in the file",
+    )
+    assert mesh_of(block(tmp_path / "block.step")).notes == ()
 
 
 def test_mesh_keys_of_a_geometry_are_refused_for_a_mesh(

@@ -22,7 +22,10 @@ _KINDS = {
     **dict.fromkeys((45, 95, 92, 185, 186, 187, 285, 72, 73, 64), _SOLIDS),
     **dict.fromkeys((42, 82, 2, 182, 183), _PLANES),
 }
-_SKINS = (63, 93, 154, 156, 181, 281, 41, 200, 152)
+_SKINS = (63, 93, 151, 152, 153, 154, 156, 181, 281, 41, 200)
+
+#: Lengths of the systems of units that /UNITS may name; it changes nothing in Ansys.
+_LENGTHS = {"SI": "m", "MKS": "m", "UMKS": "um", "CGS": "cm", "MPA": "mm", "BFT": "ft", "BIN": "in"}
 
 #: Elements that change a structure, by number.
 _NAMES = {
@@ -42,6 +45,7 @@ class _Model:
     elements: dict[int, tuple[str, int, int, list[int]]] = field(default_factory=dict)
     components: list[tuple[str, str, Indices, str]] = field(default_factory=list)
     skins: int = 0
+    units: str = ""
 
 
 def read_ansys(path: Path) -> ForeignMesh:
@@ -58,6 +62,8 @@ def read_ansys(path: Path) -> ForeignMesh:
             current = block.whole(1)
         elif block.name == "ET" and len(block.words) > 2:
             model.types[block.whole(1)] = _type_number(block)
+        elif block.name == "/UNITS" and len(block.words) > 1:
+            model.units = block.words[1].upper()
         elif block.name == "ETBLOCK":
             model.types.update((row[0], row[1]) for row in block.integers(2))
         elif block.name == "NBLOCK":
@@ -163,6 +169,8 @@ def _foreign(path: Path, model: _Model) -> ForeignMesh:
     notes = [f"{added} middle nodes that the file leaves out lie half way"] if added else []
     if model.skins:
         notes.append(f"{model.skins} surface elements are left out")
+    if model.units in _LENGTHS:
+        notes.append(f'/UNITS,{model.units}: says that lengths are in "{_LENGTHS[model.units]}"')
     return ForeignMesh(
         np.array(points, dtype=float),
         {kind: np.array(rows) for kind, rows in cells.items()},

@@ -136,6 +136,14 @@ def test_surface_elements_are_a_group(tmp_path: Path) -> None:
     assert areas(tagged, "TYPE 2") == pytest.approx((0.05 * 0.02, 0.025))
 
 
+def test_edges_under_pressure_and_the_unit_of_the_file_are_told(tmp_path: Path) -> None:
+    """SURF153 of two nodes stands on edges of plane bodies; /UNITS has no effect in Ansys."""
+    edge = SURFACE.replace("154", "153").replace(f"{7:9d}{6:9d}", "")
+    tagged = read(tmp_path / "a.dat", cdb(f"/UNITS,MPA\n{edge}\n{-1:9d}"))
+    assert "1 surface elements are left out" in tagged.notes
+    assert '/UNITS,MPA: says that lengths are in "mm"' in tagged.notes
+
+
 REFUSED = [
     ("CE,R5.0,DEFI,   2,  1,  0.0", "CE cannot be followed: it joins nodes"),
     ("CP,1,UX,1,2", "CP cannot be followed"),

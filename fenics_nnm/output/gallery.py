@@ -26,6 +26,7 @@ from fenics_nnm.output.pictures.shares import share_plots
 from fenics_nnm.output.pictures.space_time import space_time_plots
 from fenics_nnm.output.pictures.style import Plot
 from fenics_nnm.output.shared_pictures import in_formats, kept_pictures
+from fenics_nnm.results.durable import write_whole
 
 logger = logging.getLogger(__name__)
 
@@ -153,7 +154,7 @@ def write_manifest(folder: Path, pictures: Sequence[Picture]) -> None:
         OSError: if it cannot be written.
     """
     listed = {"pictures": [asdict(picture) for picture in pictures]}
-    (folder / MANIFEST).write_text(json.dumps(listed, indent=2) + "\n", "utf-8")
+    write_whole(folder / MANIFEST, f"{json.dumps(listed, indent=2)}\n".encode())
 
 
 def saved(plot: Plot | Animation, folder: Path, formats: Sequence[str]) -> Picture:

@@ -17,6 +17,7 @@ import numpy as np
 from fenics_nnm.fem.surroundings import surroundings
 from fenics_nnm.files.cache import cache_of_user, key_of
 from fenics_nnm.output.picture import Picture
+from fenics_nnm.results.durable import write_whole
 
 #: Files of a results folder that pictures are drawn of.
 _OF = ("branch.h5", "summary.json")
@@ -50,7 +51,7 @@ def kept_pictures(
     if found is not None:
         listed = json.loads(found.pop(_LIST).tobytes())
         for name, data in found.items():
-            (folder / name).write_bytes(data.tobytes())
+            write_whole(folder / name, data.tobytes())
         return tuple(Picture(**{**each, "also": tuple(each["also"])}) for each in listed)
     drawn = draw()
     if len(drawn) >= count:

@@ -12,6 +12,7 @@ from string import Template
 from fenics_nnm.errors import OutputError
 from fenics_nnm.output.html_report.elements import Html, bullets, element, joined, link, text
 from fenics_nnm.output.html_report.style import STYLE
+from fenics_nnm.results.durable import write_whole
 
 _PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
@@ -145,10 +146,10 @@ def write_page(file: Path, written: str) -> None:
     """Write a page, with the folder that it is in.
 
     Raises:
-        OutputError: if it cannot be written.
+        OutputError: if it cannot be written; an older page is as it was then.
     """
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(written, "utf-8")
+        write_whole(file, written.encode())
     except OSError as error:
         raise OutputError(f"{file}: cannot be written: {error.strerror or error}") from error

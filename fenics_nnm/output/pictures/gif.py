@@ -11,6 +11,7 @@ from PIL import Image as PillowImage
 
 from fenics_nnm.output.pictures.renderer import Image
 from fenics_nnm.output.pictures.style import OUTLINE, RED
+from fenics_nnm.results.durable import replacing
 
 #: How long a frame is shown in ms.
 _SHOWN = 70
@@ -35,6 +36,6 @@ def write_gif(path: Path, frames: Sequence[Image]) -> None:
     images = [
         PillowImage.fromarray(frame).quantize(palette=palette, dither=plain) for frame in frames
     ]
-    images[0].save(
-        path, save_all=True, append_images=images[1:], duration=_SHOWN, loop=0, optimize=True
-    )
+    keys = {"duration": _SHOWN, "loop": 0, "optimize": True}
+    with replacing(path) as part:
+        images[0].save(part, "GIF", save_all=True, append_images=images[1:], **keys)

@@ -32,6 +32,7 @@ from fenics_nnm.output.pictures.scene import (
 from fenics_nnm.output.pictures.sight import Sight
 from fenics_nnm.output.pictures.skin import Skin, best_view, skin_around
 from fenics_nnm.output.pictures.style import BLACK, OUTLINE, colours_of_parts, new_figure, unit_for
+from fenics_nnm.results.durable import replacing
 from fenics_nnm.study.casing import AnyCasing
 
 #: Length of the arrows at contact points, as a part of the size of the body.
@@ -129,7 +130,8 @@ def _compose(
     named = _named_places(groups, cameras)
     for axes, camera, places in zip(panels, cameras, named, strict=True):
         _name(axes, camera, places)
-    figure.savefig(path, dpi=_DOTS)
+    with replacing(path) as part:
+        figure.savefig(part, format=path.suffix[1:], dpi=_DOTS)
 
 
 def _named_places(groups: MeshGroups, cameras: Sequence[Camera]) -> list[dict[str, Array]]:

@@ -18,6 +18,7 @@ from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from fenics_nnm.arrays import Array
 from fenics_nnm.output.pictures.written import WrittenFigure
+from fenics_nnm.results.durable import replacing
 
 #: Colours that can be told apart with any colour vision (Okabe and Ito, 2008).
 BLUE, ORANGE, GREEN, RED = "#0072b2", "#e69f00", "#009e73", "#d55e00"
@@ -183,10 +184,11 @@ def save(figure: Figure, folder: Path, name: str, formats: Sequence[str]) -> tup
     """Write a figure in all formats; the names of its files.
 
     Raises:
-        OSError: if it cannot be written.
+        OSError: if it cannot be written; an older picture is as it was then.
     """
     files = tuple(f"{name}.{kind}" for kind in formats)
     with rc_context(_SETTINGS):
         for kind, file in zip(formats, files, strict=True):
-            figure.savefig(folder / file, dpi=DPI, metadata=_METADATA.get(kind))
+            with replacing(folder / file) as part:
+                figure.savefig(part, format=kind, dpi=DPI, metadata=_METADATA.get(kind))
     return files

@@ -180,7 +180,8 @@ def _write(sweep: Sweep) -> None:
     try:
         sweep.plan.kind.draw(sweep.plan, sweep.in_order, title)
     except OSError as error:
-        raise OutputError(f"{sweep.plan.folder}: cannot be written: {error}") from error
+        reason = error.strerror or error
+        raise OutputError(f"{sweep.plan.folder}: cannot be written: {reason}") from error
 
 
 def _ended(sweep: Sweep, console: Console, comm: MPI.Intracomm) -> int:

@@ -13,6 +13,7 @@ from fenics_nnm.errors import OutputError
 from fenics_nnm.output.pictures.written import WrittenFigure
 from fenics_nnm.resolution.accuracy import SOURCES
 from fenics_nnm.resolution.convergence import Convergence, Row
+from fenics_nnm.results.durable import replacing
 
 #: Names of the three numbers, with their symbols.
 _NAMES = {"harmonics": "harmonics N", "samples": "samples m", "modes": "modes J"}
@@ -31,7 +32,10 @@ def write_convergence(folder: Path, found: Convergence, *, title: str) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with (folder / "convergence.csv").open("w", newline="") as file:
+        with (
+            replacing(folder / "convergence.csv") as part,
+            part.open("w", newline="") as file,
+        ):
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(_COLUMNS)
             writer.writerows(_printed(row) for row in found.rows)
@@ -81,7 +85,8 @@ def _plot(path: Path, found: Convergence, title: str) -> None:
         fontsize=8.5,
         color="0.35",
     )
-    figure.savefig(path, dpi=150)
+    with replacing(path) as part:
+        figure.savefig(part, format="png", dpi=150)
 
 
 def _panel(axes: Axes, found: Convergence, source: str) -> None:

@@ -54,6 +54,9 @@ class CampbellJournal:
     def begun(cls, folder: Path, *, resume: bool) -> CampbellJournal:
         """Begin anew, or with what is in a folder; a line that was cut off is left out.
 
+        Speeds that a folder has stay in the file in any case: a command that begins anew and is
+        stopped, or that cannot begin, takes nothing from a later one.
+
         Raises:
             OutputError: if the folder cannot be written to.
         """
@@ -62,7 +65,7 @@ class CampbellJournal:
             folder.mkdir(parents=True, exist_ok=True)
             if resume and path.exists():
                 return cls(path, dict(_read(path)))
-            path.write_text("")
+            path.touch()
         except OSError as error:
             raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
         return cls(path)

@@ -117,7 +117,8 @@ class Sweep:
         try:
             write_table(self.plan, known.in_order)
         except OSError as error:
-            raise OutputError(f"{self.plan.folder}: cannot be written: {error}") from error
+            reason = error.strerror or error
+            raise OutputError(f"{self.plan.folder}: cannot be written: {reason}") from error
 
     def _note(self, ran: Ran, *, report: bool = True) -> None:
         case = self.plan.cases[ran.number - 1]

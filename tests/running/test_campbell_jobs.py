@@ -112,6 +112,17 @@ def test_numbers_for_auto_are_found_at_one_speed(tmp_path: Path) -> None:
     assert again.points[0].motions == done.get().motions
 
 
+def test_beginning_anew_keeps_the_motions_that_are_there(tmp_path: Path) -> None:
+    """As one may forget --resume, or the command may be stopped at once."""
+    asked = two_masses(tmp_path, harmonics=5)
+    lines = NonlinearLines(TARGETS, MPI.COMM_SELF, CampbellJournal.begun(tmp_path, resume=False))
+    campbell_lines(asked.study, SPEEDS[:1], 2, MPI.COMM_SELF, Stages(), lines)
+    before = (tmp_path / "motions.jsonl").read_text()
+    assert not CampbellJournal.begun(tmp_path, resume=False).known
+    assert (tmp_path / "motions.jsonl").read_text() == before
+    assert len(CampbellJournal.begun(tmp_path, resume=True).known) == 1
+
+
 def test_a_speed_that_fails_keeps_the_others_unless_it_is_the_first(tmp_path: Path) -> None:
     asked = replace(two_masses(tmp_path, harmonics=5), targets=())
     board, found = Board(asked, SPEEDS, CampbellJournal(tmp_path / "motions.jsonl")), spins(asked)

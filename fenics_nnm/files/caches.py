@@ -34,6 +34,9 @@ def use_writable_caches() -> None:
         OutputError: if there is no such place.
     """
     temporary = _temporary_folder()
+    for name in _FOLDERS:
+        if not Path(os.environ.get(name, "/")).is_absolute():  # its specification has it ignored
+            del os.environ[name]
     for name in _GIVEN:
         if name in os.environ and not _holds(Path(os.environ[name])):
             del os.environ[name]

@@ -36,6 +36,17 @@ def test_a_home_that_can_be_written_is_used(scratch: Path) -> None:
     assert not (scratch / f"fenics-nnm-{os.getuid()}").exists()
 
 
+def test_relative_folders_count_as_none(scratch: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They would be others for each command, in folders of studies."""
+    monkeypatch.chdir(scratch)
+    before = variables()
+    monkeypatch.setenv("XDG_CACHE_HOME", "kept")
+    monkeypatch.setenv("XDG_CONFIG_HOME", "./kept")
+    use_writable_caches()
+    assert variables() == before
+    assert not (scratch / "kept").exists()
+
+
 @pytest.mark.parametrize("home", ["/proc", "/dev/null", "/proc/none/below"])
 def test_a_home_that_cannot_be_is_replaced(
     scratch: Path, monkeypatch: pytest.MonkeyPatch, home: str

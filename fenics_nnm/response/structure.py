@@ -23,6 +23,10 @@ NO_FLEXIBILITY = (
 )
 
 
+#: Forces cancel each other if this part of them at most is left, which is round-off.
+_CANCELLED = 1e-10
+
+
 @dataclass(frozen=True, slots=True)
 class Drive:
     r"""Harmonic forces at some places, sum_p (psi_p + theta_p q)^T Re(F_p exp(i n_p omega t)).
@@ -55,6 +59,13 @@ class Drive:
             force = self.amplitudes[own] @ self.shapes[own]
             found.append(Excitation(n, force.real, -force.imag, self._turning(own)))
         return tuple(found)
+
+    @property
+    def cancels(self) -> bool:
+        """Whether no harmonic has a force, though places have."""
+        alone = np.abs(self.amplitudes) @ np.abs(self.shapes)
+        left = [np.hypot(each.cosine, each.sine) for each in self.excitations]
+        return bool(alone.any()) and all((each <= _CANCELLED * alone).all() for each in left)
 
     def _turning(self, own: Mask) -> Array:
         """What second-order kinematics add to some of the forces, shape (2, k, k)."""

@@ -103,6 +103,11 @@ def _assert_moved(study: Study, structure: DrivenStructure) -> None:
         raise StudyError(f"contact.gap = {gap:g}: must be positive: {structure.objection}")
     level = max(study.response.levels)
     left = structure.at_level(level).smallest_gap
+    if left > 0 and structure.drive.cancels:
+        raise StudyError(
+            "excitation: the forces cancel each other: nothing moves the structure: must differ in "
+            "place, direction, force, phase_deg or harmonic"
+        )
     if not study.excitation and left > 0:
         raise StudyError(
             f"contact: gaps that move leave {left:.3g} m at level {level:g}: nothing moves the "

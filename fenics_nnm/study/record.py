@@ -23,6 +23,11 @@ def _not_tiny(value: float) -> float:
     return value
 
 
+def _zero_if_tiny(value: float) -> float:
+    """0 for a number whose square cannot be computed with."""
+    return value if abs(value) >= SMALLEST else 0.0
+
+
 def _no_word(value: Any) -> Any:
     """A value that true and false do not pass for 1 and 0 in."""
     return str(value).lower() if isinstance(value, bool) else value
@@ -33,7 +38,9 @@ NotNegative = Annotated[
     float, Field(ge=0, le=LARGEST, allow_inf_nan=False), AfterValidator(_not_tiny)
 ]
 OneOrTwo = Annotated[Literal[1, 2], BeforeValidator(_no_word)]
-Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Finite = Annotated[
+    float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), AfterValidator(_zero_if_tiny)
+]
 Count = Annotated[int, Field(gt=0, le=MOST)]
 Auto = Literal["auto"]
 FromList = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)

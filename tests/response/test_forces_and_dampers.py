@@ -228,6 +228,10 @@ def test_shaken_rod_is_that_of_its_continuous_base() -> None:
         ({"excitation": {"harmonic": 9}}, ["mode.harmonics = 3: must be 9 or more"]),
         ({"excitation": {"harmonic": 0}}, ["excitation.harmonic = 0"]),
         ({"excitation": {"harmonic": 2, "order": 2}}, ["harmonic, order"]),
+        (
+            {"excitation": {"=": [{"unknown": 1, "force": 5.0}, {"unknown": 1, "force": -5.0}]}},
+            ["excitation: the forces cancel each other"],
+        ),
         ({"response": {"levels": [1.0, 1.0]}}, ["levels = [1.0, 1.0]: must differ"]),
         ({"response": {"levels": [0.0]}}, ["response.levels"]),
         ({"response": {"frequencies": None}}, ["frequencies, speeds: must have one"]),

@@ -120,6 +120,7 @@ VALUES = [
     ({"material": {"poisson": -1.0}}, "material.poisson = -1.0", "greater than -1"),
     ({"material": {"poisson": nan}}, "material.poisson = nan", "must be"),
     ({"material": {"density": 1e-300}}, "material.density = 1e-300", "must be 1e-30 or more"),
+    ({"contact": {"direction": [1e-300]}}, "contact.direction = [0.0]", "must not be zero"),
     ({"material": 3}, "material = 3", "must be a section"),
     ({"body": 0}, "body = 0", "must be a section"),
     ({"mesh": {"=": "rod"}}, 'mesh = "rod"', "must be a section"),

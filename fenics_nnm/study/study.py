@@ -127,6 +127,17 @@ class MeshStudy(SprungStudy):
         return self
 
     @model_validator(mode="after")
+    def _groups_are_of_the_mesh(self) -> MeshStudy:
+        for name, group in self.groups.items():
+            for other in group.facets or ():
+                if other in self.groups:
+                    raise ValueError(
+                        f'groups.{name}.facets = "{other}": is a group of [groups] itself: must '
+                        "be one that the mesh has"
+                    )
+        return self
+
+    @model_validator(mode="after")
     def _rigid_facets_can_move(self) -> MeshStudy:
         held = {name for each in self.clamp if not each.directions for name in each.facets or ()}
         for number, section in enumerate(self.rigid, start=1):

@@ -121,6 +121,11 @@ VALUES = [
     ({"material": {"poisson": nan}}, "material.poisson = nan", "must be"),
     ({"material": {"density": 1e-300}}, "material.density = 1e-300", "must be 1e-30 or more"),
     ({"contact": {"direction": [1e-300]}}, "contact.direction = [0.0]", "must not be zero"),
+    (
+        {"groups": {"a": {"facets": "b"}, "b": {"x": 1.0}}},
+        'groups.a.facets = "b"',
+        "must be one that the mesh has",
+    ),
     ({"material": 3}, "material = 3", "must be a section"),
     ({"body": 0}, "body = 0", "must be a section"),
     ({"mesh": {"=": "rod"}}, 'mesh = "rod"', "must be a section"),

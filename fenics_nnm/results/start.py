@@ -11,7 +11,7 @@ from fenics_nnm.backbone.arc_start import Begin
 from fenics_nnm.backbone.levels import HarmonicBalance
 from fenics_nnm.backbone.point import BranchPoint
 from fenics_nnm.continuation.events import BRANCH_POINT
-from fenics_nnm.errors import StudyError
+from fenics_nnm.errors import OutputError, StudyError
 from fenics_nnm.mechanics.contact_points import MASSIVE
 from fenics_nnm.mechanics.fourier import Series
 from fenics_nnm.mechanics.model import ReducedModel
@@ -19,12 +19,15 @@ from fenics_nnm.reduction.comparison import mode_signs, model_difference
 from fenics_nnm.results import branch_file
 from fenics_nnm.results.branch_file import BranchHeader
 from fenics_nnm.study.continuation import StartSection
+from fenics_nnm.study.solution import ModeSection
 
 #: Two gamma ratios nearer than this are the same.
 _SAME_RATIO = 1e-6
 
 
-def beginning(chosen: StartSection, model: ReducedModel, balance: HarmonicBalance) -> Begin:
+def beginning(
+    chosen: StartSection, mode: ModeSection, model: ReducedModel, balance: HarmonicBalance
+) -> Begin:
     """The motion that a branch begins at, in the coordinates and series of another run.
 
     The stored run may have fewer or more modes and harmonics: what is missing is filled with zeros,
@@ -32,16 +35,22 @@ def beginning(chosen: StartSection, model: ReducedModel, balance: HarmonicBalanc
 
     Args:
         chosen: File and point.
+        mode: The mode that is followed, with its harmonic: gamma and frequency ratios are those
+            of both, in the stored run too.
         model: Reduced model of the branch, in SI units.
         balance: Its series.
 
     Raises:
-        StudyError: if there is no such point, or it is one of another structure.
-        OutputError: if the file cannot be read.
+        StudyError: if there is no such file or point, or it is one of another structure or mode.
     """
     if not chosen.file.is_file():
-        raise StudyError(f"continuation.start.file = {chosen.file}: no such file")
-    header, points = branch_file.read(chosen.file)
+        what = "is no file: must be a branch.h5" if chosen.file.exists() else "no such file"
+        raise StudyError(f"continuation.start.file = {chosen.file}: {what}")
+    try:
+        header, points = branch_file.read(chosen.file)
+    except OutputError as error:
+        raise StudyError(f"continuation.start.file = {error}") from error
+    _assert_followed(chosen, mode, header)
     _assert_fits(chosen, header, model, balance.series)
     index = _index(chosen, points)
 
@@ -73,6 +82,20 @@ def _index(chosen: StartSection, points: tuple[BranchPoint, ...]) -> int:
             "points"
         )
     return found[number - 1]
+
+
+def _assert_followed(chosen: StartSection, mode: ModeSection, header: BranchHeader) -> None:
+    """Refuse motions whose ratios are those of another mode, or of another harmonic of it."""
+    harmonic = header.values.get("mode", {}).get("harmonic", 1)
+    for key, now, before in (
+        ("number", mode.number, header.mode),
+        ("harmonic", mode.harmonic, harmonic),
+    ):
+        if now != before:
+            raise StudyError(
+                f"mode.{key} = {now}: continuation.start.file = {chosen.file} has motions of "
+                f"mode.{key} = {before}: must be the same"
+            )
 
 
 def _assert_fits(

@@ -178,7 +178,9 @@ def _from_start(job: Job, chosen: Choice) -> Choice:
     start, prepared = job.study.continuation.beginning, chosen.prepared
     if start is None:
         return chosen
-    begin = on_root(job.comm, beginning, start, prepared.linear.model, prepared.balance)
+    begin = on_root(
+        job.comm, beginning, start, job.study.mode, prepared.linear.model, prepared.balance
+    )
     return replace(chosen, prepared=prepared.beginning_at(begin))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -131,3 +132,19 @@ class GroupSection(Record):
         if all(getattr(self, name) is None for name in conditions):
             raise ValueError(f"must have at least one of {', '.join(conditions)}")
         return self
+
+
+def of_the_mesh(groups: Mapping[str, GroupSection]) -> Mapping[str, GroupSection]:
+    """Groups none of which is made of another one.
+
+    Raises:
+        ValueError: if one is.
+    """
+    for name, group in groups.items():
+        for other in group.facets or ():
+            if other in groups:
+                raise ValueError(
+                    f'{name}.facets = "{other}": is a group of [groups] itself: must be one that '
+                    "the mesh has"
+                )
+    return groups

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import model_validator
+from pydantic import AfterValidator, model_validator
 
 from fenics_nnm.geometry import Geometry
 from fenics_nnm.study.attachments import MassSection, MatrixSpringSection, SpringSection
@@ -23,7 +23,7 @@ from fenics_nnm.study.driven import (
     MatrixMonitorSection,
     MonitorSection,
 )
-from fenics_nnm.study.groups import GroupSection
+from fenics_nnm.study.groups import GroupSection, of_the_mesh
 from fenics_nnm.study.loading import LoadSection, RotationSection
 from fenics_nnm.study.material import Materials
 from fenics_nnm.study.matrices import MatrixArchive, MatrixFiles
@@ -45,7 +45,7 @@ class MeshStudy(SprungStudy):
     """All that a run of a mesh needs to know; lengths in m, in [mesh] in its length_unit."""
 
     mesh: MeshFile | CadFile | Geometry
-    groups: Mapping[str, GroupSection] = {}
+    groups: Annotated[Mapping[str, GroupSection], AfterValidator(of_the_mesh)] = {}
     body: BodySection
     material: Materials
     mass: tuple[MassSection, ...] = ()
@@ -124,17 +124,6 @@ class MeshStudy(SprungStudy):
                 'solver.linear = "iterative": does not go with rigid, whose constraints need '
                 'factors: must be "direct" or "auto"'
             )
-        return self
-
-    @model_validator(mode="after")
-    def _groups_are_of_the_mesh(self) -> MeshStudy:
-        for name, group in self.groups.items():
-            for other in group.facets or ():
-                if other in self.groups:
-                    raise ValueError(
-                        f'groups.{name}.facets = "{other}": is a group of [groups] itself: must '
-                        "be one that the mesh has"
-                    )
         return self
 
     @model_validator(mode="after")

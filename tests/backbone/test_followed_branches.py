@@ -267,3 +267,24 @@ def test_start_of_another_structure(
     wanted["continuation"]["start"]["bifurcation"] = 1
     ended = command("run", study_file(wanted), "--output", "out")
     ended.assert_one_line(2, "continuation.start.bifurcation = 1", "has 0 branch points")
+
+
+def test_start_with_another_mode_or_file(
+    tongue: None, study_file: StudyFile, command: Command, tmp_path: Path
+) -> None:
+    """Ratios are those of the followed mode in its harmonic: with another one they mislead."""
+    coarse = study(2, 2, 64, energies={"from": 0.8, "to": 1.2, "step": 0.4})
+    assert command("run", study_file(coarse), "--output", "coarse").code == 0
+    path = {"file": "coarse/branch.h5", "gamma_ratio": 1.2}
+    wanted = study(2, 4, 64, parameter="arc-length", start=path)
+    for key in ("number", "harmonic"):
+        wanted["mode"][key] = 2
+        ended = command("run", study_file(wanted), "--output", "out")
+        ended.assert_one_line(2, f"mode.{key} = 2", f"motions of mode.{key} = 1: must be the same")
+        del wanted["mode"][key]
+    path["file"] = "coarse"
+    ended = command("run", study_file(wanted), "--output", "out")
+    ended.assert_one_line(2, "coarse: is no file: must be a branch.h5")
+    path["file"] = "study.toml"
+    ended = command("run", study_file(wanted), "--output", "out")
+    ended.assert_one_line(2, "continuation.start.file = ", "study.toml: cannot be read")

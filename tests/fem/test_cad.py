@@ -15,6 +15,7 @@ from small_meshes import saved_model
 
 from fenics_nnm.errors import MeshError
 from fenics_nnm.fem.boundary import boundary
+from fenics_nnm.fem.cad_units import declared_unit
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.structure.meshing import tagged_mesh
 from fenics_nnm.study import study_from
@@ -135,6 +136,41 @@ def test_declared_units(ending: str, unit: str, tmp_path: Path) -> None:
     assert f"{0.1 * scale:.4g} x {0.04 * scale:.4g}" in message
     tagged = mesh_of(path, ignore_declared_unit=True, element_size=10.0 * scale)
     np.testing.assert_allclose(tagged.mesh.geometry.x.max(axis=0), sizes / 1000, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("declared", "unit", "metres"),
+    [(",1.,3,2HIN,1,", "in", 0.0254), (",1.,7,2HKM,1,", "mm", 1000.0)],
+)
+def test_units_by_name_and_unknown_ones(
+    declared: str, unit: str, metres: float, tmp_path: Path
+) -> None:
+    """An unknown one is converted to mm: no other unit is taken then for its numbers."""
+    path = block(tmp_path / "block.iges")
+    path.write_text(path.read_text().replace(",1.,2,2HMM,1,", declared))
+    size = 100 * metres / {"in": 0.0254, "mm": 0.001}[unit]
+    tagged = mesh_of(path, length_unit=unit, element_size=size)
+    assert tagged.mesh.geometry.x[:, 0].max() == pytest.approx(100 * metres, rel=1e-5)
+    with pytest.raises(MeshError, match=f'declares "{unit}": must be that'):
+        mesh_of(path, length_unit="ft", element_size=size)
+
+
+@pytest.mark.parametrize(
+    ("names", "unit"),
+    [
+        (["INCHES"], "in"),
+        (["IN."], "in"),
+        (["CUBIT"], "mm"),
+        (["INCH", "FOOT"], "mm"),
+        ([], "m"),
+    ],
+)
+def test_units_of_step_files_under_other_names(names: list[str], unit: str, tmp_path: Path) -> None:
+    entity = "#1 = ( {}LENGTH_UNIT() NAMED_UNIT(*) {});\n"
+    lines = [entity.format(f"CONVERSION_BASED_UNIT('{name}',#9) ", "") for name in names]
+    path = tmp_path / "a.step"
+    path.write_text("".join([*lines, entity.format("", "SI_UNIT($,.METRE.) ")]))
+    assert declared_unit(path) == unit
 
 
 def test_solids_that_touch_share_nodes(tmp_path: Path) -> None:

@@ -102,16 +102,19 @@ def _driven(study: Study) -> list[str]:
     if not study.driven_sections:
         return []
     names = ", ".join(f"[{name}]" for name in study.driven_sections)
+    return ["", f"{names}: for fenics-nnm response; {_in_runs(study)}"]
+
+
+def _in_runs(study: Study) -> str:
+    """What these sections do in a run."""
+    if study.reduction.method != "massless":
+        return f'a run ignores them with reduction.method = "{study.reduction.method}"'
     motions = (
         "a run follows damped motions where it can"
         if study.damped
         else "the motions of a run are undamped"
     )
-    return [
-        "",
-        f"{names}: for fenics-nnm response; {motions}, with the damping ratio and the force that "
-        "keeps them up in backbone.csv",
-    ]
+    return f"{motions}, with the damping ratio and the force that keeps them up in backbone.csv"
 
 
 def _passing(study: Study) -> list[str]:

@@ -116,9 +116,11 @@ def _with_damping(chosen: Choice, points: _Points) -> tuple[str, ...]:
         return ()
     needed_now = [damping_needed(point) for point in points]
     most = float(np.clip(np.nanmax([_DAMPING, *needed_now]), _DAMPING, _MOST_DAMPING))
+    massless = chosen.study.reduction.method == "massless"
+    method = "" if massless else ' and reduction.method = "massless"'
     return (
         "if points stay failed: with damping these motions are fewer and smoother: with [damping] "
-        f"ratio = {most:.2g} a run over energy follows damped motions, and fenics-nnm response, "
+        f"ratio = {most:.2g}{method} a run over energy follows damped motions, and fenics-nnm response, "
         "with an [[excitation]], those of given forces",
     )
 

@@ -145,6 +145,8 @@ def prepare(job: Job, staging: Staging) -> Ready:
     if job.comm.rank == 0:
         log_warnings(warnings)
     begun = _with_damping(_from_start(job, chosen), job.comm)
+    ignored = begun.prepared.damping.ignored and begun.prepared.damping.warning
+    warnings = (*warnings, ignored) if ignored else warnings
     return Ready(job, staging, earlier, inputs, begun, warnings)
 
 
@@ -156,11 +158,8 @@ def _damped(prepared: Prepared) -> Prepared:
 def _with_damping(chosen: Choice, comm: MPI.Comm) -> Choice:
     """The choice with what the damping of its study does; says where motions stay undamped."""
     found = replace(chosen, prepared=_damped(chosen.prepared))
-    if comm.rank == 0 and (objection := found.prepared.damping.objection):
-        logger.warning(
-            "%s: motions are undamped, and damping_ratio and resonance_force_N of first order",
-            objection,
-        )
+    if comm.rank == 0 and (warning := found.prepared.damping.warning):
+        logger.warning(warning)
     return found
 
 

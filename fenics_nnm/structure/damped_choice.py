@@ -24,6 +24,9 @@ def damped_run(study: Study, linear: Linear) -> DampedRun:
     Raises:
         StudyError, MeshError: as `light_damping`.
     """
+    method, given = study.reduction.method, study.damping is not None or study.dashpot
+    if given and method != "massless":
+        return DampedRun(ignored=f'reduction.method = "{method}": damping needs "massless"')
     light, ratios = light_damping(study, linear), study.continuation.damped_ratios
     if light is None or not study.continuation.damped:
         return DampedRun(light)

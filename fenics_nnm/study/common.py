@@ -232,9 +232,8 @@ class SprungStudy(AnyStudy):
     @property
     def damped(self) -> bool:
         """Whether a run is to follow damped motions, where it can."""
-        return (
-            self.continuation.damped and {"damping", "dashpot"} & set(self.driven_sections) != set()
-        )
+        given = {"damping", "dashpot"} & set(self.driven_sections) != set()
+        return given and self.continuation.damped and self.reduction.method == "massless"
 
     @model_validator(mode="after")
     def _cubic_springs_are_resolved(self) -> SprungStudy:

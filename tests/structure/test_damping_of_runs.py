@@ -104,6 +104,23 @@ def test_run_has_damping_ratio_and_force_of_each_point(tmp_path: Path, damped: b
     assert largest == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize("kept", ["damping", "dashpot"])
+@pytest.mark.usefixtures("_two")
+def test_damping_that_a_reduction_ignores_is_named(
+    kept: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    continuation = {"energies": {"from": 0.5, "to": 0.6}, "damped": kept == "damping"}
+    given = {**TWO, "continuation": continuation, "reduction": {"method": "craig-bampton", "modes": 1}}
+    del given["dashpot" if kept == "damping" else "damping"]
+    study = study_from(given, Path("study.toml"))
+    result = run_study(study, "", tmp_path / "results")
+    why = 'reduction.method = "craig-bampton": damping needs "massless"'
+    warning = f"the damping of the study is ignored: {why}"
+    assert not study.damped and caplog.messages.count(warning) == 1
+    assert result.summary["damping"] == f"ignored: {why}"
+    assert result.summary["warnings"] == [warning]
+
+
 @pytest.mark.usefixtures("_two")
 def test_what_stays_undamped_is_named() -> None:
     assert objection_to() == ""

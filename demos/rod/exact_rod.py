@@ -51,6 +51,15 @@ def frequency_ratio(gamma_ratio: Array | float, mode: int = 1) -> Array:
     return np.interp(gamma_ratio, ratios[::-1], linear / periods[::-1])
 
 
+def energy(ratio: Array, mode: int = 1) -> Array:
+    """Energy 2 a^2 of the exact mode k at given omega / omega_k, in units of E A g^2 / L.
+
+    It is the integral of F'(t + x)^2 + F'(t - x)^2 over the rod.
+    """
+    period = 4 / ((2 * mode - 1) * ratio)
+    return 2 * (1 / (2 * mode**2 * period - 4 * mode - 2)) ** 2
+
+
 def period_at(gamma_ratio: float) -> float:
     """Period T of the exact mode at given gamma over gamma at grazing."""
     return 4 / float(frequency_ratio(gamma_ratio))

@@ -14,12 +14,12 @@
 from pathlib import Path
 
 import numpy as np
-from exact_rod import frequency_ratio, motion, period_at
+from exact_rod import energy, frequency_ratio, motion, period_at
 from motion_plots import SpaceTime, plot_phase_space, plot_space_time, space_time
 from rich.console import Console
 
 from fenics_nnm.output.motion_measures import StandingWave, standing
-from fenics_nnm.output.pictures.backbone import LinearMode, Places, plot_backbone
+from fenics_nnm.output.pictures.backbone import Curve, LinearMode, Places, plot_backbone
 from fenics_nnm.progress import progress
 from fenics_nnm.results.stored_branch import read_stored_branch
 from fenics_nnm.run import RunResult, run_study
@@ -98,7 +98,9 @@ assert np.median(unmarked) < 1e-3
 # ordinate, lies far below it, because the virial of the contact force is not zero across a gap.
 
 # %%
+E_A, GAP = 2.1e11 * 9e-4, 1e-3  # N, m; the rod is 1 m long
 gamma = np.linspace(1.02, 4, 200)
+exact = frequency_ratio(gamma)
 linear = fine.summary["linear_frequencies_Hz"][0]
 plot_backbone(
     RESULTS / "backbone_exact.png",
@@ -106,7 +108,7 @@ plot_backbone(
     title="Rod against a rigid obstacle: 100 quadratic elements, 40 modes, 20 harmonics",
     linear=LinearMode(linear),
     places=Places(failures=fine.summary["failures"]),
-    curves={"exact": (gamma, frequency_ratio(gamma) * linear)},
+    curves={"exact": Curve(gamma, E_A * GAP**2 * energy(exact), exact * linear)},
 )
 
 # %% [markdown]

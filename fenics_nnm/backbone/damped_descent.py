@@ -71,11 +71,12 @@ def _flow(damped: DampedModel, s: float) -> DampedFlow:
 def _told(damped: DampedModel, way: ArcWalk) -> str:
     """Where a way ends, and what draws energy there."""
     place = min(way.folds, key=lambda fold: fold.s) if way.folds else way.last
-    verb = "folds" if way.folds else "ends"
+    verb = "has a fold" if way.folds else "ends"
+    ratio = 100 * damped.least_other_at(place.s)
     share = largest_share(_flow(damped, place.s), place.motion, damped.mode)
     grazes = "a contact begins or ends and " if place.grazes else ""
     return (
-        f"the way down in damping {verb} at {damped.least_other_at(place.s):.2%}, where {grazes}"
+        f"the path of falling damping {verb} at a damping ratio of {ratio:.2f} %, where {grazes}"
         f"{share} of the kinetic energy: {way.failure}"
     )
 
@@ -100,4 +101,4 @@ def largest_share(flow: DampedFlow, motion: ResonantMotion, mode: int) -> str:
     kinetic[1, mode] = 0.0
     harmonic, other = np.unravel_index(int(np.argmax(kinetic)), kinetic.shape)
     share = float(kinetic[harmonic, other]) / total
-    return f"mode {other + 1} in harmonic {harmonic} has {share:.1%}"
+    return f"mode {other + 1} in harmonic {harmonic} has {100 * share:.1f} %"

@@ -1,8 +1,9 @@
 """A measured casing: radii on a grid of angles and axial stations, from a CSV file.
 
 A table has the columns theta_deg or theta_rad, x_<unit> and r_<unit> with <unit> one of m, cm, mm,
-in, ft, and one row for each pair of an angle and a station: the angles of one whole turn, the last
-one before the first comes again, and at least two stations. Lines that start with `#` are comments.
+um, in, ft, mil, and one row for each pair of an angle and a station: the angles of one whole turn,
+the last one before the first comes again, and at least two stations. Lines that start with `#` are
+comments.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ class Newton:
         leaps: Full steps that may be taken where the line search stalls: the equations are only
             piecewise smooth, and a kink can hide the way down.
         wildest_leap: A full step to a residual above this ends it.
-        crawls: So many parts of steps below 1/32 on end count as a stall; 0 for any number.
+        crawls: So many parts of steps below 1/8 on end count as a stall; 0 for any number.
         patience: After so many steps it ends unless it is near a solution; 0 for any number.
         wild: From the fourth step on it ends at a residual above this.
     """

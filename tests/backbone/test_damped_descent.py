@@ -89,8 +89,9 @@ def test_a_way_that_leads_back_says_where_and_why(monkeypatch: pytest.MonkeyPatc
     state = [1.1514927, 0.0985831, -0.0201748, 0.0229178, 1.0906533, 0.00366368]
     found = by_arc(model, gamma, (s, near(model, s, gamma, state)))
     assert found.failure == (
-        "the way down in damping folds at 0.30%, where a contact begins or ends and mode 2 in "
-        "harmonic 5 has 1.6% of the kinetic energy: it leads back to heavy damping"
+        "the path of falling damping has a fold at a damping ratio of 0.30 %, where a contact "
+        "begins or ends and mode 2 in harmonic 5 has 1.6 % of the kinetic energy: it leads back "
+        "to heavy damping"
     )
     assert model.least_other_at(0.193) == pytest.approx(0.001**0.807 * 0.3**0.193)
 
@@ -105,7 +106,7 @@ def test_largest_share_is_that_of_a_linear_motion() -> None:
     omega = found.omega
     moved = np.abs(push / (model.omega**2 - omega**2 + 1j * omega * np.diag(both.rate)))
     share = moved[1] ** 2 / np.sum(moved**2)
-    assert largest_share(flow, found, 0) == f"mode 2 in harmonic 1 has {share:.1%}"
+    assert largest_share(flow, found, 0) == f"mode 2 in harmonic 1 has {100 * share:.1f} %"
 
 
 def _parts(motion: ResonantMotion) -> tuple[Array, Array, float, float]:

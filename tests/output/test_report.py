@@ -362,6 +362,7 @@ def test_stopped_run_with_many_points(tmp_path: Path) -> None:
     data = opened(download.attributes["href"])[1].decode()
     assert len(data.splitlines()) == len(rows) + 1
     assert "the run was stopped before its end" in section(page, "overview").text
+    assert "from branch.h5. SI units" in page.all("footer")[0].text
     assert "Linear modes: the run was stopped" in section(page, "absent").text
 
 

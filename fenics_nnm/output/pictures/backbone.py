@@ -66,6 +66,20 @@ class Places(NamedTuple):
     failures: Sequence[Mapping[str, Any]] = ()
 
 
+class Curve(NamedTuple):
+    """A further curve.
+
+    Attributes:
+        gamma_ratios: Gamma ratios.
+        energies: Total energies in J.
+        frequencies: Frequencies in Hz.
+    """
+
+    gamma_ratios: Array
+    energies: Array
+    frequencies: Array
+
+
 class Mark(NamedTuple):
     """How points of one kind are drawn."""
 
@@ -113,7 +127,7 @@ def plot_backbone(
     title: str,
     linear: LinearMode,
     places: Places = Places(),
-    curves: Mapping[str, tuple[Sequence[float], Sequence[float]]] | None = None,
+    curves: Mapping[str, Curve] | None = None,
 ) -> None:
     """Frequency over gamma ratio and over energy, with the Rayleigh frequency.
 
@@ -126,7 +140,7 @@ def plot_backbone(
         title: Title of the study.
         linear: The linear mode that the branch begins at.
         places: Where something happens.
-        curves: Further curves by name, as gamma ratios and frequencies in Hz.
+        curves: Further curves by name.
     """
     figure = new_figure(4.4, 9.0)
     left, right = figure.subplots(1, 2, sharey=True)
@@ -140,8 +154,9 @@ def plot_backbone(
     for axes in (left, right):
         axes.axhline(linear.frequency, color=GREY, lw=0.8, label="linear mode")
     styles = ("k-", "k:", "k-.")
-    for (name, (gamma, values)), style in zip((curves or {}).items(), styles, strict=False):
-        left.plot(gamma, values, style, lw=1, label=name, zorder=0.5)
+    for (name, curve), style in zip((curves or {}).items(), styles, strict=False):
+        left.plot(curve.gamma_ratios, curve.frequencies, style, lw=1, label=name, zorder=0.5)
+        right.plot(curve.energies, curve.frequencies, style, lw=1, zorder=0.5)
     _draw_failures(left, places.failures, linear.frequency)
     left.axvline(1, color=GREY, lw=0.8, ls=":", label=linear.at_one)
     label(left, GAMMA, "frequency  (Hz)")

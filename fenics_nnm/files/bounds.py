@@ -104,12 +104,12 @@ def check_shape(shape: tuple[int, ...]) -> None:
         raise UnsafeFileError(f"has the shape {shape}: at most {_MOST_ROWS} rows and columns")
 
 
-def check_hdf5(path: Path, *, fits: bool = True) -> None:
-    """Check that an HDF5 file is all in itself.
+def check_hdf5(path: Path, *, mapped: bool = False) -> None:
+    """Check that an HDF5 file is all in itself, and that each of its data sets fits in memory.
 
     Args:
         path: The file.
-        fits: Whether each of its data sets must fit in memory, too.
+        mapped: Whether data sets as large as their place in the file need not fit: they are mapped.
 
     Raises:
         UnsafeFileError: if it refers to other files, or has too many or too large data sets.
@@ -127,10 +127,10 @@ def check_hdf5(path: Path, *, fits: bool = True) -> None:
             if len(seen) > _MOST_OBJECTS:
                 raise UnsafeFileError(f"has more than {_MOST_OBJECTS} groups")
             for name in group:
-                _check_link(group, name, waiting, fits=fits)
+                _check_link(group, name, waiting, mapped=mapped)
 
 
-def _check_link(group: h5py.Group, name: str, waiting: list[h5py.Group], *, fits: bool) -> None:
+def _check_link(group: h5py.Group, name: str, waiting: list[h5py.Group], *, mapped: bool) -> None:
     where = f"{group.name.rstrip('/')}/{name}"
     link = group.get(name, getlink=True)
     if isinstance(link, h5py.ExternalLink):
@@ -143,7 +143,7 @@ def _check_link(group: h5py.Group, name: str, waiting: list[h5py.Group], *, fits
     elif isinstance(found, h5py.Dataset):
         if found.external or found.is_virtual:
             raise UnsafeFileError(f"{where} has its values in other files")
-        if fits:
+        if not mapped or found.nbytes > found.id.get_storage_size():
             assert_fits(found.nbytes, where)
 
 

@@ -53,7 +53,7 @@ def sealed(path: Path, kind: str) -> Iterator[h5py.File]:
     """
     with reading(path):
         check_seal(path)
-        check_hdf5(path, fits=False)
+        check_hdf5(path, mapped=True)
         with h5py.File(path, "r") as file:
             _assert_format(path, file, kind)
             yield file

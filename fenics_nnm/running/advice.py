@@ -120,8 +120,8 @@ def _with_damping(chosen: Choice, points: _Points) -> tuple[str, ...]:
     method = "" if massless else ' and reduction.method = "massless"'
     return (
         "if points stay failed: with damping these motions are fewer and smoother: with [damping] "
-        f"ratio = {most:.2g}{method} a run over energy follows damped motions, and fenics-nnm response, "
-        "with an [[excitation]], those of given forces",
+        f"ratio = {most:.2g}{method} a run over energy follows damped motions, and fenics-nnm "
+        "response, with an [[excitation]], those of given forces",
     )
 
 

@@ -41,7 +41,6 @@ class DampedRun:
         undamped = self.objection or "continuation.damped = false"
         return {"damping": "followed" if self.follows else f"to first order: {undamped}"}
 
-
     @property
     def warning(self) -> str:
         """What is to be said before a run, or nothing."""

@@ -10,6 +10,7 @@ import pytest
 from conftest import ROD, Ended, changed, toml
 
 from fenics_nnm.errors import OutputError
+from fenics_nnm.files import bounds
 from fenics_nnm.results import branch_file
 
 StudyFile = Callable[..., Path]
@@ -74,6 +75,29 @@ def test_results_of_links_are_refused(branch: Path, tmp_path: Path) -> None:
         file["model/omega"] = h5py.ExternalLink(str(branch), "/model/omega")
     with pytest.raises(OutputError, match="/model/omega is a link to the file"):
         branch_file.read(path)
+
+
+@pytest.mark.parametrize("packed", [True, False])
+def test_small_files_of_huge_arrays_are_refused(branch: Path, tmp_path: Path, packed: bool) -> None:
+    """An array without values, compressed or not, takes no place in the file."""
+    data = branch.read_bytes()
+    bad = tmp_path / "bad.h5"
+    bad.write_bytes(data[: data.rindex(b"fenics_nnm digest ")])
+    with h5py.File(bad, "r+") as file:
+        del file["points/000000/q"]
+        packing = {"chunks": (1, 100_000), "compression": "gzip"} if packed else {}
+        file.create_dataset("points/000000/q", (60_000, 100_000), float, **packing)
+    assert bad.stat().st_size < 2 * len(data)
+    message = refused(bad, bad.read_bytes())
+    assert "/points/000000/q would take 44.7 GiB: may take" in message
+
+
+def test_arrays_as_large_as_their_place_in_the_file_need_not_fit(
+    branch: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are mapped into memory."""
+    monkeypatch.setattr(bounds, "free_memory", lambda: 10.0)
+    assert len(branch_file.read(branch)[1]) == 3
 
 
 def test_a_folder_with_the_study_is_no_output_folder(

@@ -110,7 +110,11 @@ def test_damping_that_a_reduction_ignores_is_named(
     kept: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     continuation = {"energies": {"from": 0.5, "to": 0.6}, "damped": kept == "damping"}
-    given = {**TWO, "continuation": continuation, "reduction": {"method": "craig-bampton", "modes": 1}}
+    given = {
+        **TWO,
+        "continuation": continuation,
+        "reduction": {"method": "craig-bampton", "modes": 1},
+    }
     del given["dashpot" if kept == "damping" else "damping"]
     study = study_from(given, Path("study.toml"))
     result = run_study(study, "", tmp_path / "results")

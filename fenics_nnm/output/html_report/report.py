@@ -59,8 +59,8 @@ def _page(
         kicker=f"Nonlinear mode {results.header.mode} in unilateral contact",
         generator=f"fenics_nnm {__version__}",
         footer=f"Written by fenics-nnm report, version {__version__}, from branch.h5"
-        f"{' and summary.json' if results.summary else ''}. SI units unless a column says otherwise; frequencies are those of the "
-        "motion, not Rayleigh quotients.",
+        f"{' and summary.json' if results.summary else ''}. SI units unless a column "
+        "says otherwise; frequencies are those of the motion, not Rayleigh quotients.",
         sections=[
             _overview(results),
             next_steps(results),

@@ -56,6 +56,16 @@ class RodSection(_Body):
         """A rod does not bend."""
         return False
 
+    @model_validator(mode="after")
+    def _is_linear(self) -> RodSection:
+        if self.kinematics == "second-order":
+            raise ValueError(
+                'kinematics = "second-order": a rod does not bend: must be "auto" or "linear"'
+            )
+        if self.masters:
+            raise ValueError("masters: has no effect: a rod does not bend")
+        return self
+
     @property
     def extent(self) -> float:
         """What an integral over the mesh lacks: the cross-section in m^2."""

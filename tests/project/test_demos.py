@@ -99,6 +99,7 @@ def test_exact_motion_of_the_rod_keeps_its_energy_and_its_obstacle() -> None:
     middle = (place[1:] + place[:-1]) / 2
     energy = exact_rod.motion(period, time, middle)[1] ** 2 / 2 + (np.diff(u) * 400) ** 2 / 2
     np.testing.assert_allclose(energy.mean(axis=1), 1 / (2 * (period - 3) ** 2), rtol=1e-2)
+    assert float(exact_rod.energy(4 / period)) == pytest.approx(1 / (2 * (period - 3) ** 2))
     step = period / intervals
     np.testing.assert_allclose(np.cumsum(v, axis=0)[-1] * step, 0, atol=0.02)  # it comes back
     gamma = (v**2).mean() / 2 / (2 * np.pi / period) ** 2
@@ -139,6 +140,9 @@ def test_rod(monkeypatch: pytest.MonkeyPatch) -> None:
     assert set(status[beyond]) == {"converged", "inside resonance"}
     assert set(status[~beyond]) == {"verified"}
     assert set(statuses(results / "paper")) == {"verified", "failed"}
+    ratios = exact_rod.frequency_ratio(fine["gamma_ratio"][beyond])
+    energies = 189 * exact_rod.energy(ratios)  # E A g^2 / L = 189 J
+    np.testing.assert_allclose(fine["energy_J"][beyond], energies, rtol=1e-2)
     assert np.all(fine["rayleigh_frequency_Hz"] <= fine["frequency_Hz"] * (1 + 1e-12))
     assert travelling_ratio(results / "fine", 0.7) < 1e-9
     assert travelling_ratio(results / "fine", 1.8) == pytest.approx(0.317, abs=0.01)  # exact

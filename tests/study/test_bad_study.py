@@ -149,6 +149,12 @@ VALUES = [
     ({"body": {"theory": "shell"}}, 'body.theory = "shell"', "'plane-stress'"),
     ({"body": {"area": None}}, 'body.theory = "rod"', "needs area"),
     ({"body": {"thickness": 0.1}}, 'body.theory = "rod"', "has no thickness"),
+    (
+        {"body": {"kinematics": "second-order"}},
+        'body.kinematics = "second-order"',
+        'a rod does not bend: must be "auto" or "linear"',
+    ),
+    ({"body": {"masters": [1]}}, "body.masters: has no effect", "a rod does not bend"),
     ({"body": {"degree": 3}}, "body.degree = 3", "1 or 2"),
     ({"body": {"degree": True}}, "body.degree = true", "1 or 2"),
     ({"body": {"degree": 10**30}}, "body.degree = 1000", "too large"),

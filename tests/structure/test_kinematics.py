@@ -246,7 +246,7 @@ def test_energies_of_a_campbell_diagram_decide_at_each_speed() -> None:
 def test_kinematics_are_told_with_the_results(
     study_file: Callable[..., Path], command: Callable[..., Ended]
 ) -> None:
-    study = study_file(body={"kinematics": "second-order"})
+    study = study_file(PLATE, body={"kinematics": "second-order"})
     assert command("run", study).code == 0
     words = "second order in mode 1: asked for; no other mode moves far enough to bend it as well"
     summary = json.loads(Path("results/study/summary.json").read_text())

@@ -90,6 +90,7 @@ def add_to(commands: Commands) -> None:
 
 def _export(arguments: argparse.Namespace) -> int:
     from fenics_nnm.results.kinds import is_response
+    from fenics_nnm.results.response_file import NAME
 
     if arguments.frames < LEAST_FRAMES:
         raise StudyError(f"--frames {arguments.frames}: must be at least {LEAST_FRAMES}")
@@ -99,8 +100,11 @@ def _export(arguments: argparse.Namespace) -> int:
         return _export_response(arguments)
     for option in ("at", "level"):
         if getattr(arguments, option) is not None:
+            file = arguments.branch / NAME
+            hint = f"; the response of this folder is in {file}" if file.exists() else ""
             raise StudyError(
                 f"--{option}: is for a response: of a run name --gamma, --{', --'.join(EXAMPLES)}"
+                f"{hint}"
             )
     return _export_branch(arguments)
 

@@ -40,7 +40,7 @@ def _plot(arguments: argparse.Namespace) -> int:
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.gallery import FORMATS, MANIFEST, make_pictures
     from fenics_nnm.output.response_gallery import make_response_pictures
-    from fenics_nnm.results.kinds import is_response
+    from fenics_nnm.results.kinds import folder_of, is_response
 
     formats = tuple(dict.fromkeys(arguments.formats.split(",")))
     for name in formats:
@@ -48,8 +48,9 @@ def _plot(arguments: argparse.Namespace) -> int:
             raise StudyError(
                 f"--formats {arguments.formats}: {name!r} must be one of {', '.join(FORMATS)}"
             )
-    comm, folder = MPI.COMM_WORLD, arguments.output or arguments.results / "pictures"
+    comm, results = MPI.COMM_WORLD, folder_of(arguments.results)
+    folder = arguments.output or results / "pictures"
     make = make_response_pictures if is_response(arguments.results) else make_pictures
-    pictures = on_root(comm, make, arguments.results, folder, formats=formats)
+    pictures = on_root(comm, make, results, folder, formats=formats)
     show(console_of(comm), f"{len(pictures)} pictures in {folder}; {MANIFEST} describes them")
     return DONE

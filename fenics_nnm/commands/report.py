@@ -31,12 +31,13 @@ def _report(arguments: argparse.Namespace) -> int:
     from fenics_nnm.fem.parallel import on_root
     from fenics_nnm.output.html_report.report import write_report
     from fenics_nnm.output.html_report.response import write_response_report
-    from fenics_nnm.results.kinds import is_response
+    from fenics_nnm.results.kinds import folder_of, is_response
 
-    comm, file = MPI.COMM_WORLD, arguments.output or arguments.results / "report.html"
+    comm, results = MPI.COMM_WORLD, folder_of(arguments.results)
+    file = arguments.output or results / "report.html"
     if file.suffix.lower() not in _SUFFIXES:
         raise StudyError(f"--output {file}: must end in {' or '.join(_SUFFIXES)}")
     write = write_response_report if is_response(arguments.results) else write_report
-    on_root(comm, write, arguments.results, file)
+    on_root(comm, write, results, file)
     show(console_of(comm), f"report in {file}")
     return DONE

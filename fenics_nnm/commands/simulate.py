@@ -119,13 +119,14 @@ def _with_start(arguments: argparse.Namespace, study: Study, wanted: Wanted) -> 
     Raises:
         StudyError, OutputError: if it cannot be read, or is not there.
     """
-    from fenics_nnm.results.kinds import is_response
+    from fenics_nnm.results.kinds import folder_of
+    from fenics_nnm.results.response_file import NAME
     from fenics_nnm.results.response_start import start_of_response
     from fenics_nnm.structure.simulated import STATE_FILE, first_frequency, last_state
 
-    folder: Path | None = arguments.start
+    folder = None if arguments.start is None else folder_of(arguments.start)
     place = _place(arguments.point)
-    if folder is not None and is_response(folder):
+    if folder is not None and (folder / NAME).exists():
         frequency = first_frequency(study, wanted)
         return replace(wanted, start=start_of_response(folder, frequency, wanted.level, place))
     if place is not None:

@@ -12,6 +12,18 @@ from fenics_nnm.results.response_file import NAME
 _RESPONSE = "fenics_nnm response"
 
 
+#: Files of results that stand for their folder.
+_FILES = ("branch.h5", NAME)
+
+
+def folder_of(path: Path) -> Path:
+    """The results folder of a path: itself, or that of the branch.h5 or response.h5 that it is.
+
+    A folder with both files is one of a run; its response.h5 is named for the response.
+    """
+    return path.parent if path.name in _FILES and path.is_file() else path
+
+
 def is_response(path: Path) -> bool:
     """Whether a folder of results, or one file of them, is of a response, not of a branch."""
     if path.is_dir():

@@ -65,7 +65,7 @@ def _objection(study: Study, linear: Linear, light: LightDamping, ratios: tuple[
     if light.loss.any():
         return "damping.loss_factor: has no equations in time"
     if model.kinematics.forces:
-        return 'body.kinematics: damped motions need "linear"'
+        return "second-order kinematics: damped motions need linear ones"
     if linear.reduction.forces:
         return "springs that are not linear: damped motions need linear ones"
     if model.gap.min() <= 0:

@@ -94,3 +94,25 @@ def test_response_without_a_motion_has_an_empty_table_and_no_picture(tmp_path: P
     write_response(tmp_path, ("excitation",), none, title="")
     assert (tmp_path / "response.csv").read_text() == ",".join(COLUMNS) + "\n"
     assert [path.name for path in tmp_path.iterdir()] == ["response.csv"]
+
+
+def test_a_response_beside_a_run_is_named_by_its_file(
+    results: Path, study_file: StudyFile, command: Command
+) -> None:
+    """A folder with both files is one of a run."""
+    assert command("run", study_file(STOP), "--output", results).code == 0
+    command("report", results / "response.h5", "--output", "response.html")
+    command("report", results, "--output", "run.html")
+    kickers = [Path(f"{name}.html").read_text("utf-8") for name in ("response", "run")]
+    assert ["Nonlinear mode 1" in each for each in kickers] == [False, True]
+    drawn = [
+        command("plot", each, "--formats=svg", f"--output={number}").code
+        for number, each in enumerate((results / "response.h5", results / "branch.h5"))
+    ]
+    assert drawn == [0, 0]
+    assert [(Path(name) / "response.svg").exists() for name in "01"] == [True, False]
+    start = ("--start", results, "--point=1:2", "--periods=1", "--frequency=0.15")
+    ended = command("simulate", study_file(STOP), *start, "--output=sim")
+    assert ended.code == 0 and "starts from level 1, branch 1, point 2" in ended.out
+    words = f"the response of this folder is in {results / 'response.h5'}"
+    command("export", results, "--at=0.15").assert_one_line(2, "--at: is for a response", words)

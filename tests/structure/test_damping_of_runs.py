@@ -66,7 +66,7 @@ K, M = np.array([[3000.0, -1000.0], [-1000.0, 2000.0]]), np.diag([1.0, 0.5])
 @pytest.fixture
 def _two(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    np.savez("two.npz", K=K, M=M, B=np.array([[0.0, 1.0]]))
+    np.savez("two.npz", K=K, M=M, B=np.array([[0.0, 1.0]]), Q=np.array([[1.0, 1, 1, 10]]))
 
 
 def study_of(**sections: Any) -> Study:
@@ -132,6 +132,8 @@ def test_what_stays_undamped_is_named() -> None:
     third = {"unknown": 2, "force": 7.0, "harmonic": 3}
     assert objection_to(excitation=third).startswith("excitation.harmonic")
     assert objection_to(contact={"gap": -0.01}).startswith("contact.gap = -0.01")
+    bent = {"file": "two.npz", "quadratic_stiffness": "Q"}
+    assert objection_to(matrices=bent).startswith("second-order kinematics: damped")
     arc = {"parameter": "arc-length", "energies": {"from": 1.1, "to": 1.2}}
     assert objection_to(continuation=arc).startswith("continuation.parameter")
 

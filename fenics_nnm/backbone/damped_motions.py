@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fenics_nnm.arrays import Array
 from fenics_nnm.backbone.damped_descent import lowered
 from fenics_nnm.backbone.damped_model import DampedModel
-from fenics_nnm.backbone.damped_path import Step, Walk, walk
+from fenics_nnm.backbone.damped_path import Solver, Step, Walk, walk
 from fenics_nnm.time_domain.resonant_motion import (
     ResonantMotion,
     driven_by_push,
@@ -29,6 +30,13 @@ _OPEN = 0.95
 
 #: Steps of the gamma ratio: the frequency has a kink at first contact.
 _UP = Step(0.05, 1e-3)
+
+#: Where no step leads over that kink the way begins anew so far above it, with such parts of what
+#: the frequency rises by at a rigid stop; not where the way ended at more than the last of them.
+_ABOVE, _RISES = (0.003, 0.01, 0.02, 0.05), (0.6, 0.4, 0.8, 0.2, 1.0)
+
+#: A motion there rises by no more than this times that part: other modes move as well.
+_MOST = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +84,41 @@ def _climbed(damped: DampedModel, ratios: Sequence[float]) -> Walk:
     begun = at(first, damped.linear(first * damped.grazing_gamma))
     if begun.failure:
         return Walk((), (), begun.failure)
-    return walk(at, damped.model.omega, (first, begun), ratios[-1], _UP, ratios)
+    omega = damped.model.omega
+    return over_contact(at, omega, walk(at, omega, (first, begun), ratios[-1], _UP, ratios), ratios)
+
+
+def over_contact(solver: Solver, omega: Array, climbed: Walk, ratios: Sequence[float]) -> Walk:
+    """The way up with what is beyond first contact, where it ended there; why it did is kept.
+
+    A mode that would go an amplitude a, and meets a rigid stop at g, has a half period that is
+    shorter by arccos(g / a) / omega: with a gamma ratio of 1 + e at a / g = sqrt(1 + e) its
+    frequency is higher by the part sqrt(e) / pi, at a softer stop by less. So are guesses.
+
+    Args:
+        solver: Finds motions.
+        omega: Natural circular frequencies, shape (J,).
+        climbed: The way up so far.
+        ratios: Gamma ratios that are wanted, ascending.
+    """
+    last, open_ = climbed.values[-1], [each for each in climbed.motions if not each.changes]
+    if not climbed.failure or not open_ or last >= 1 + _ABOVE[-1]:
+        return climbed
+    grazing = open_[-1]
+    for above in _ABOVE:
+        ratio = min(max(last, 1.0) + above, ratios[-1])
+        rigid = float(np.sqrt(max(ratio - 1, 0.0)) / np.pi)
+        for rise in _RISES:
+            guess = replace(grazing, omega=(1 + rise * rigid) * grazing.omega)
+            found = solver(ratio, guess)
+            if not found.failure and found.omega / grazing.omega - 1 <= _MOST * rigid:
+                rest = walk(solver, omega, (ratio, found), ratios[-1], _UP, ratios)
+                return Walk(
+                    climbed.values + rest.values,
+                    climbed.motions + rest.motions,
+                    rest.failure or climbed.failure,
+                )
+    return climbed
 
 
 def _found(damped: DampedModel, ratio: float, climbed: Walk, before: Found | None) -> Found:

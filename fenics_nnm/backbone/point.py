@@ -228,7 +228,14 @@ class BranchPoint:
 
     @property
     def is_linear(self) -> bool:
-        """Whether it is the linear mode, before its motion meets anything."""
+        """Whether it is the linear mode, before its motion meets anything.
+
+        A damped motion without contact is one of the linear structure under the force, whatever its
+        frequency: damping that couples modes changes it.
+        """
+        damped = self.sustained is not None and self.sustained.exact
+        if damped and self.motion.contact_fraction == 0:
+            return True
         ends = self.gamma_ratio <= 1 + _LINEAR
         return ends and abs(self.frequency_ratio - 1) <= _LINEAR
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from fenics_nnm.backbone.damped_branch import DampedMaker, damped_branch
 from fenics_nnm.backbone.damped_joins import damped_joins, exact_motion
 from fenics_nnm.backbone.damped_model import HEAVY, DampedModel
+from fenics_nnm.backbone.damped_motions import damped_motions
 from fenics_nnm.backbone.damped_path import Step, walk
 from fenics_nnm.backbone.wanted import Progress
 from fenics_nnm.mechanics.fourier import FourierSeries
@@ -80,6 +82,42 @@ def test_motions_that_do_not_follow_from_each_other_are_of_two_families() -> Non
     assert exact.omega / (2 * np.pi) == pytest.approx(found.points[2].motion.frequency, rel=1e-9)
     parted = damped_joins(damped, own.series, found.points, (1, 2, 3))
     assert parted == {1}  # from 1.4 to 1.45, and not over the jump
+
+
+STIFF = ReducedModel(
+    np.array([1.0, 5.97775]), np.array([[1.0, 0.96955]]), np.array([[2.5e-3]]), np.array([1.0])
+)
+
+
+@pytest.mark.parametrize("ratios", [(1.2,), (0.8, 1.0, 1.2), (0.9, 1.001, 1.2)])
+def test_the_way_up_leads_over_the_kink_of_a_stiff_stop(ratios: tuple[float, ...]) -> None:
+    """The motion does not depend on the ratios before it, and obeys a time integration."""
+    rate, push = np.array([[0.0584, 0.05], [0.05, 0.15]]), np.array([0.8373, -0.4655])
+    last = list(damped_motions(DampedModel(STIFF, rate, push, 0), ratios))[-1].motion
+    assert not last.failure
+    assert last.omega == pytest.approx(1.11001, abs=1e-5)
+    period = 2 * np.pi / last.omega
+
+    def motion(t: float, y: np.ndarray) -> np.ndarray:
+        w = STIFF.Phi[0] @ y[:2]
+        contact = STIFF.Phi[0] * max(w - 1.0, 0.0) / 2.5e-3
+        force = -last.level * push * np.sin(last.omega * t) - rate @ y[2:]
+        return np.concatenate([y[2:], force - STIFF.omega**2 * y[:2] - contact])
+
+    begin = np.concatenate([last.q, last.velocity])
+    end = solve_ivp(motion, (0, period), begin, rtol=1e-10, atol=1e-12, max_step=period / 500)
+    assert end.y[:, -1] == pytest.approx(begin, abs=1e-6)
+    assert np.abs(end.y[:2].T @ STIFF.Phi[0]).max() > 1.0
+
+
+def test_motions_without_contact_are_of_one_family_whatever_damping_couples() -> None:
+    """Their frequency is not that of the linear mode: damping couples modes."""
+    rate, push = np.array([[0.0584, 0.05], [0.05, 0.15]]), np.array([0.8373, -0.4655])
+    own = DampedMaker(DampedModel(STIFF, rate, push, 0), 1.0, FourierSeries(12, 96))
+    points = damped_branch(own, (0.7, 0.8, 0.9, 1.1, 1.2)).points
+    assert abs(points[0].frequency_ratio - 1) > 5e-5
+    assert [point.is_linear for point in points] == [True, True, True, False, False]
+    assert [point.family for point in points] == [1, 1, 1, 1, 1]
 
 
 def test_known_points_are_taken_over() -> None:

@@ -69,14 +69,15 @@ class Part:
     def of(cls, space: fem.FunctionSpace, comm: MPI.Intracomm) -> Part:
         """The rows of a space of displacements; to be called on all ranks."""
         nodes, size = space.dofmap.index_map, space.dofmap.index_map_bs
-        shared = np.unique(np.concatenate(comm.allgather(np.asarray(nodes.ghosts, dtype=np.int64))))
+        shared = np.unique(np.concatenate(comm.allgather(np.asarray(nodes.ghosts))))
         order = nodes_dissected(space)
         numbers = np.asarray(nodes.local_to_global(order.astype(np.int32)), dtype=np.int64)
         elsewhere = np.isin(numbers, shared)
+        face, numbers = order[elsewhere], numbers[elsewhere]
         return cls(
             _unrolled(order[~elsewhere], size),
-            _unrolled(order[elsewhere], size),
-            _unrolled(np.searchsorted(shared, numbers[elsewhere]), size),
+            _unrolled(face, size),
+            _unrolled(np.searchsorted(shared, numbers), size),
             _unrolled(shared, size),
         )
 

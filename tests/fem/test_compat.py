@@ -28,6 +28,7 @@ MOVED = (
     r"assemble_matrix\(.*diag(onal)?=",
     r"num_entity(_closure)?_dofs",
     r"dolfinx\.nls",
+    r"index_to_dest_ranks",
 )
 
 

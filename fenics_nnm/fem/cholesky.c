@@ -16,6 +16,14 @@ typedef struct {
     cholmod_dense *X, *Y, *E; /* solution and workspace, kept from one solve to the next */
 } nnm_factors;
 
+/* Whether the library is of the version whose records this was compiled for. */
+static int nnm_fits(void)
+{
+    int version[3];
+    cholmod_version(version);
+    return version[0] == CHOLMOD_MAIN_VERSION && version[1] == CHOLMOD_SUB_VERSION;
+}
+
 static void nnm_free(nnm_factors *f)
 {
     cholmod_free_factor(&f->L, &f->common);

@@ -15,6 +15,8 @@ import os
 import sys
 import sysconfig
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -33,6 +35,7 @@ _SOURCE = Path(__file__).with_suffix(".c")
 
 _DECLARATIONS = """
 typedef struct { ...; } nnm_factors;
+int nnm_fits(void);
 nnm_factors *nnm_factorise(int n, int *starts, int *columns, double *values);
 void nnm_order(nnm_factors *f, int *order);
 int nnm_solve(nnm_factors *f, int transposed, int count, double *columns);
@@ -109,53 +112,110 @@ class Cholesky:
 def kernel(comm: MPI.Intracomm) -> ModuleType | None:
     """The compiled lines of C on all ranks; None on all where one has no compiler or no CHOLMOD.
 
-    One rank of each machine compiles them.
+    One rank of each machine compiles them; the others load what it has compiled.
     """
     machine = comm.Split_type(MPI.COMM_TYPE_SHARED)
     found, reason = None, ""
-    for turn in (machine.rank == 0, machine.rank > 0):
-        if turn:
-            try:
-                found = _loaded(_compiled())
-            except Exception as error:  # whatever ends a compiler
-                reason = " ".join(str(error).split())
-        machine.Barrier()
+    if machine.rank == 0:
+        found, reason = _tried(_kept_or_compiled)
+    if machine.bcast(found is not None, root=0) and machine.rank > 0:
+        found, reason = _tried(_loaded)
     machine.Free()
     if reason:
         logger.info("cholesky.c cannot be compiled, MUMPS factorises: %s", reason)
     return found if comm.allreduce(found is not None, op=MPI.LAND) else None
 
 
-def _compiled() -> Path:
-    """The compiled module, kept from one run to the next."""
-    source = _SOURCE.read_text("utf-8")
-    suffix = str(sysconfig.get_config_var("EXT_SUFFIX"))
-    parts = (source, _DECLARATIONS, cffi.__version__, sys.version, suffix)
-    name = f"nnm_cholesky_{hashlib.sha256(repr(parts).encode()).hexdigest()[:24]}"
-    folder = Path(jit.get_options()["cache_dir"])
-    kept = folder / f"{name}{suffix}"
-    if not kept.exists():
-        builder, prefix = cffi.FFI(), Path(sys.prefix)
-        builder.cdef(_DECLARATIONS)
-        builder.set_source(
-            name,
-            source,
-            libraries=["cholmod"],
-            include_dirs=[str(prefix / "include")],
-            library_dirs=[str(prefix / "lib")],
-            extra_compile_args=["-O2"],
-        )
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder) as scratch:
-            os.replace(builder.compile(tmpdir=scratch), kept)
-    return kept
+def _tried(load: Callable[[Path], ModuleType]) -> tuple[ModuleType | None, str]:
+    """The module, or why there is none."""
+    try:
+        return load(_place()), ""
+    except Exception as error:  # whatever ends a compiler
+        return None, " ".join(str(error).split())
 
 
 @functools.cache
-def _loaded(path: Path) -> ModuleType:
-    """The module of a file."""
-    spec = importlib.util.spec_from_file_location(path.name.partition(".")[0], path)
+def _kept_or_compiled(place: Path) -> ModuleType:
+    """The module of an earlier run; compiled anew where there is none, or CHOLMOD has changed."""
+    if place.exists():
+        try:
+            return _loaded(place)
+        except ImportError as error:
+            logger.info("cholesky.c is compiled again: %s", error)
+    return _compiled(place)
+
+
+def _place() -> Path:
+    """Where the compiled module is kept from one run to the next."""
+    suffix = str(sysconfig.get_config_var("EXT_SUFFIX"))
+    parts = (_SOURCE.read_text("utf-8"), _DECLARATIONS, cffi.__version__, sys.version, suffix)
+    digest = hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
+    return Path(jit.get_options()["cache_dir"]) / f"nnm_cholesky_{digest}{suffix}"
+
+
+def _compiled(place: Path) -> ModuleType:
+    """The module, compiled and kept.
+
+    Raises:
+        ImportError: as `_loaded`.
+        OSError: if its folder cannot be written to.
+        cffi.VerificationError: if there is no compiler, or no CHOLMOD; with the compiler's words.
+    """
+    builder, prefix = cffi.FFI(), Path(sys.prefix)
+    builder.cdef(_DECLARATIONS)
+    builder.set_source(
+        _name(place),
+        _SOURCE.read_text("utf-8"),
+        libraries=["cholmod"],
+        include_dirs=[str(prefix / "include")],
+        library_dirs=[str(prefix / "lib")],
+        extra_compile_args=["-O2"],
+    )
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=place.parent) as scratch:
+        try:
+            with _errors_kept(Path(scratch) / "errors") as errors:
+                made = builder.compile(tmpdir=scratch)
+        except cffi.VerificationError as error:
+            words = errors.read_text("utf-8", "replace").splitlines()
+            lines = [line for line in words if "error" in line] or words
+            raise cffi.VerificationError(" ".join([*lines[:1], str(error)])) from error
+        module = _loaded(Path(made))  # from here, as Python knows that of `place` already
+        os.replace(made, place)  # at once, as other processes may load it, or compile it, too
+    return module
+
+
+@contextmanager
+def _errors_kept(path: Path) -> Iterator[Path]:
+    """Have what is written to the standard error inside, by compilers too, in a file."""
+    sys.stderr.flush()
+    before = os.dup(2)
+    try:
+        with path.open("wb") as file:
+            os.dup2(file.fileno(), 2)
+        yield path
+    finally:
+        sys.stderr.flush()
+        os.dup2(before, 2)
+        os.close(before)
+
+
+@functools.cache
+def _loaded(place: Path) -> ModuleType:
+    """The module of a file.
+
+    Raises:
+        ImportError: if it does not go with the CHOLMOD that there is.
+    """
+    spec = importlib.util.spec_from_file_location(_name(place), place)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    if not module.lib.nnm_fits():
+        raise ImportError("another version of CHOLMOD")
     return module
+
+
+def _name(place: Path) -> str:
+    """Name of the module of a file."""
+    return place.name.partition(".")[0]

@@ -65,16 +65,45 @@ def test_a_matrix_that_is_not_definite_has_no_factors() -> None:
 
 
 def test_a_kernel_that_cannot_be_compiled_is_none_and_says_why(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    capfd: pytest.CaptureFixture[str],
+    tmp_path: Path,
 ) -> None:
     wrong = tmp_path / "cholesky.c"
-    wrong.write_text("typedef struct { int n; } nnm_factors;\n")
+    wrong.write_text("#include <no_cholmod.h>\n")
     monkeypatch.setattr(cholesky, "_SOURCE", wrong)
     monkeypatch.setattr(cholesky.jit, "get_options", lambda: {"cache_dir": tmp_path / "kept"})
     with caplog.at_level("INFO"):
         assert cholesky.kernel(MPI.COMM_SELF) is None
-    assert "cholesky.c cannot be compiled, MUMPS factorises" in caplog.text
+    assert "cholesky.c cannot be compiled, MUMPS factorises: " in caplog.text
+    assert "no_cholmod.h" in caplog.text and "no_cholmod.h" not in capfd.readouterr().err
     assert not list((tmp_path / "kept").iterdir())
+
+
+@pytest.mark.parametrize("change", ["damaged", "version"])
+def test_a_kernel_that_does_not_go_with_cholmod_is_compiled_again(
+    change: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, tmp_path: Path
+) -> None:
+    """As after a new CHOLMOD, which has other records, or another file."""
+    monkeypatch.setattr(cholesky.jit, "get_options", lambda: {"cache_dir": tmp_path})
+    place = cholesky._place()
+    if change == "damaged":
+        place.write_bytes(b"no library")
+    else:
+        other = tmp_path / "other.c"
+        other.write_text(
+            cholesky._SOURCE.read_text().replace("return version[0] ==", "return 9 ==")
+        )
+        with monkeypatch.context() as before:
+            before.setattr(cholesky, "_SOURCE", other)
+            before.setattr(cholesky, "_loaded", lambda path: None)
+            cholesky._compiled(place)
+    with caplog.at_level("INFO"):
+        code = cholesky.kernel(MPI.COMM_SELF)
+    assert code is not None and code.lib.nnm_fits()
+    assert "cholesky.c is compiled again" in caplog.text
+    assert [path.name for path in tmp_path.glob("nnm_*")] == [place.name]
 
 
 @pytest.fixture(scope="module", params=[2, 3])

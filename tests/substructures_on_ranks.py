@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from fenics_nnm.fem import dissection, substructures
 from fenics_nnm.fem.block import product
+from fenics_nnm.fem.cholesky import Cholesky
 from fenics_nnm.fem.loads import Loads, Rotation
 from fenics_nnm.fem.modes import DirectModalSolver
 from fenics_nnm.fem.static_state import loaded
@@ -66,6 +67,21 @@ shifted = solid.stiffness.copy()
 shifted.axpy(-4 * found["omega"][3] ** 2, solid.mass)
 found["indefinite"] = Substructures.of(replace(solid, stiffness=shifted), None) is None
 found["little memory"] = Substructures.of(solid, 1e3) is None
+substructures.cholmod_fits = lambda rows, memory: True
+found["little memory beside factors"] = Substructures.of(solid, 1e5) is None
+cholesky = substructures.Cholesky
+
+
+def without_memory(*given: Any) -> Cholesky:
+    """Factors on all ranks but the first."""
+    if comm.rank == 0:
+        raise MemoryError
+    return cholesky(*given)
+
+
+substructures.Cholesky = without_memory  # type: ignore[assignment, misc]
+found["no memory on one rank"] = Substructures.of(solid, None) is None
+substructures.Cholesky = cholesky  # type: ignore[misc]
 substructures._MOST_SHARED = 10
 found["large interface"] = Substructures.of(solid, None) is None
 substructures._MOST_SHARED = 6000

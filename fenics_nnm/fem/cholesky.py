@@ -63,8 +63,11 @@ class Cholesky:
             values: Entries.
 
         Raises:
-            ConvergenceError: if it is not positive definite, or memory is short.
+            ConvergenceError: if it is not positive definite, memory is short, or it has more
+                entries than CHOLMOD counts.
         """
+        if starts[-1] > np.iinfo(np.int32).max:
+            raise ConvergenceError(f"{starts[-1]} entries are more than CHOLMOD counts")
         self._lib, self._ffi = kernel.lib, kernel.ffi
         at = np.ascontiguousarray(starts, dtype=np.int32)
         beside = np.ascontiguousarray(columns, dtype=np.int32)
@@ -88,7 +91,11 @@ class Cholesky:
         return lower
 
     def forward(self, columns: Array) -> None:
-        """L^-1 b, in place: columns of shape (n, k) that lie one after the other in memory."""
+        """L^-1 b, in place: columns of shape (n, k) that lie one after the other in memory.
+
+        Raises:
+            MemoryError: if there is too little.
+        """
         self._solve(columns, 0)
 
     def backward(self, columns: Array) -> None:
@@ -103,7 +110,8 @@ class Cholesky:
         assert columns.flags.f_contiguous and len(columns) == len(self.order)
         pointer = self._pointer("double", columns)
         if not self._lib.nnm_solve(self._factors, transposed, columns.shape[1], pointer):
-            raise ConvergenceError("linear equations cannot be solved: memory is short")
+            # of this rank alone: the others wait for it, so that nobody is to go on from it
+            raise MemoryError("solutions of linear equations")
 
     def _pointer(self, kind: str, array: Array | Indices) -> Any:
         return self._ffi.cast(f"{kind} *", array.ctypes.data)

@@ -41,6 +41,9 @@ logger = logging.getLogger(__name__)
 #: Largest number of degrees of freedom of the interface: S has its square of entries.
 _MOST_SHARED = 6000
 
+#: Most arrays of the size of S that there are at once.
+_ARRAYS = 8
+
 #: Residual of a solution over its force, both of a random displacement; above it MUMPS is used.
 _RESIDUAL = 1e-9
 
@@ -114,7 +117,9 @@ class Substructures:
         self._owned = np.flatnonzero(part.face[face] < solid.owned)
         self._inner = part.inner[self._factors.order[:inner]]
         self._outer = part.face[face][self._owned]
-        self._condensed = self._condensation(self._L @ self._L.T - end[np.ix_(face, face)], held)
+        change = self._L @ self._L.T
+        change -= end[np.ix_(face, face)]
+        self._condensed = self._condensation(change, held)
         self._assert_solves(solid.stiffness)
 
     @classmethod
@@ -129,8 +134,9 @@ class Substructures:
         fits = cholmod_fits(solid.owned, memory) and worth_dissecting(solid.space)
         if comm.size == 1 or not comm.allreduce(fits, op=MPI.LAND):
             return None
-        part, code = Part.of(solid.space, comm), kernel(comm)
-        if code is None or len(part.shared) > _MOST_SHARED:
+        part = Part.of(solid.space, comm)
+        code = kernel(comm) if _shared_fits(len(part.shared), memory) else None
+        if code is None:
             return None
         try:
             return cls(solid, part, code)
@@ -194,7 +200,8 @@ class Substructures:
         S += held
         with _on_all(self._comm):
             try:
-                factors: tuple[Array, bool] = cho_factor(S, lower=True, overwrite_a=True)
+                # in its own memory, as columns lie one after the other there
+                factors: tuple[Array, bool] = cho_factor(S.T, lower=True, overwrite_a=True)
             except np.linalg.LinAlgError as error:
                 raise ConvergenceError("the stiffness is not positive definite") from error
         return factors
@@ -238,16 +245,21 @@ def _on_all(comm: MPI.Intracomm) -> Iterator[None]:
     """Have an error of one rank on all of them: ConvergenceError.
 
     Raises:
-        ConvergenceError: if one rank has it.
+        ConvergenceError: if one rank has it, or MemoryError.
     """
-    failed: ConvergenceError | None = None
+    failed = ""
     try:
         yield
-    except ConvergenceError as error:
-        failed = error
-    words = comm.allgather(str(failed) if failed else "")
+    except (ConvergenceError, MemoryError) as error:
+        failed = str(error) or "memory is short"
+    words = comm.allgather(failed)
     if any(words):
         raise ConvergenceError(next(filter(None, words)))
+
+
+def _shared_fits(shared: int, memory: float | None) -> bool:
+    """Whether dense matrices of an interface fit into a memory in bytes; no limit if None."""
+    return shared <= _MOST_SHARED and (memory is None or 8 * _ARRAYS * shared**2 <= memory)
 
 
 def _inner_rows(solid: Solid, part: Part) -> csr_matrix:
@@ -291,8 +303,9 @@ def _with_end(inner: csr_matrix, end: Array) -> tuple[Indices, Indices, Array]:
     """
     count, whole = inner.shape
     face = whole - count
-    starts = np.concatenate([inner.indptr, inner.indptr[-1] + face * np.arange(1, face + 1)])
-    columns = np.concatenate([inner.indices, np.tile(np.arange(count, whole), face)])
+    starts = np.concatenate([inner.indptr, int(inner.indptr[-1]) + face * np.arange(1, face + 1)])
+    own = np.arange(count, whole, dtype=inner.indices.dtype)
+    columns = np.concatenate([inner.indices, np.tile(own, face)])
     return starts, columns, np.concatenate([inner.data, end.ravel()])
 
 

@@ -59,6 +59,13 @@ def test_an_end_has_all_entries_of_its_block() -> None:
     assert np.diff(starts)[20:].tolist() == [5] * 5
 
 
+def test_more_entries_than_cholmod_counts_are_refused() -> None:
+    code = cholesky.kernel(MPI.COMM_SELF)
+    assert code is not None
+    with pytest.raises(ConvergenceError, match="2147483648 entries"):
+        Cholesky(code, np.array([0, 2**31]), np.zeros(1), np.ones(1))
+
+
 def test_a_matrix_that_is_not_definite_has_no_factors() -> None:
     with pytest.raises(ConvergenceError, match="no factors"):
         factors(grid(6) - 1.5 * np.eye(36), 30)
@@ -129,5 +136,12 @@ def test_modes_and_states_are_those_of_mumps(found: dict[str, Any]) -> None:
 
 
 def test_others_factorise_where_substructures_cannot(found: dict[str, Any]) -> None:
-    for reason in ("indefinite", "little memory", "large interface", "no compiler"):
+    for reason in (
+        "indefinite",
+        "little memory",
+        "little memory beside factors",
+        "no memory on one rank",
+        "large interface",
+        "no compiler",
+    ):
         assert found[reason], reason

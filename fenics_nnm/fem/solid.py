@@ -141,8 +141,8 @@ def assemble_solid(
     unrolled = np.union1d(unrolled, joined.held).astype(np.int32)
     K = assemble_matrix(fem.form(_strain_energy(space, body, regions)), clamp, 1.0)
     M = mass_matrix(space, regions, body.extent)
-    M.zeroRowsColumns(_owned_rows(space, unrolled), 0.0)
     vertices = _attach(tagged, space, body, (K, M), clamp, unrolled)
+    M.zeroRowsColumns(_owned_rows(space, unrolled), 0.0)
     K, M, system = joined.system(K, M)
     for matrix in (K, M):
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
@@ -205,7 +205,8 @@ def _attach(
             elif each.kind == kind:
                 form = fem.form(spread_form(space, tagged, each, clamped, body.extent))
                 if kind == "mass":
-                    add_spread_mass(matrix, assemble_matrix(form, clamp, 0.0))
+                    # without the clamp: the pattern of facets lacks diagonals of clamped rows
+                    add_spread_mass(matrix, assemble_matrix(form))
                 else:
                     assemble_matrix(matrix, form, clamp, 1.0)
                     matrix.assemble()

@@ -1,11 +1,15 @@
 """The mass of a body is that of the form of its inertia, without the entries between axes."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem, mesh
 from dolfinx.fem.petsc import assemble_matrix
 from mpi4py import MPI
+from ranks import on_ranks
 from scipy import sparse
 
 from fenics_nnm.fem.mass import mass_matrix
@@ -44,3 +48,16 @@ def test_mass_of_two_materials_is_that_of_the_form_of_all_axes(dim: int, degree:
     share = 3 / len(cells)  # of cells of one size
     mean = share * DENSITIES[0] + (1 - share) * DENSITIES[1]
     assert along @ found @ along == pytest.approx(mean * EXTENT, rel=1e-12)
+
+
+def test_mass_spread_over_facets_stops_at_the_clamp_on_several_ranks(tmp_path: Path) -> None:
+    """Motion (1, 2), but none at a clamped side, where quadratic elements of size h = 1/6 begin.
+
+    There 1 less the first shape function N = (1 - s)(1 - 2 s) moves, of mean square 4/5.
+    """
+    script = Path(__file__).parents[1] / "spread_mass_on_ranks.py"
+    ended = on_ranks(2, script, "found.json", folder=tmp_path, seconds=60)
+    assert ended.code == 0, ended.err
+    share = 1 - (1 - 4 / 5) / 6
+    expected = share * (7800.0 * (1 + 4) + 100.0 * 1 + 300.0 * 4)
+    assert json.loads((tmp_path / "found.json").read_text()) == pytest.approx(expected, rel=1e-12)

@@ -1,4 +1,4 @@
-"""Mass spread over the top of a square that is clamped at its left, on the ranks that run this."""
+"""Mass spread over the top of a square on the ranks that run this; rank 0 writes it to a file."""
 
 import json
 import sys

@@ -81,7 +81,7 @@ def test_a_kernel_that_cannot_be_compiled_is_none_and_says_why(
     wrong.write_text("#include <no_cholmod.h>\n")
     monkeypatch.setattr(cholesky, "_SOURCE", wrong)
     monkeypatch.setattr(cholesky.jit, "get_options", lambda: {"cache_dir": tmp_path / "kept"})
-    with caplog.at_level("INFO"):
+    with caplog.at_level("INFO", logger="fenics_nnm"):
         assert cholesky.kernel(MPI.COMM_SELF) is None
     assert "cholesky.c cannot be compiled, MUMPS factorises: " in caplog.text
     assert "no_cholmod.h" in caplog.text and "no_cholmod.h" not in capfd.readouterr().err
@@ -106,7 +106,7 @@ def test_a_kernel_that_does_not_go_with_cholmod_is_compiled_again(
             before.setattr(cholesky, "_SOURCE", other)
             before.setattr(cholesky, "_loaded", lambda path: None)
             cholesky._compiled(place)
-    with caplog.at_level("INFO"):
+    with caplog.at_level("INFO", logger="fenics_nnm"):
         code = cholesky.kernel(MPI.COMM_SELF)
     assert code is not None and code.lib.nnm_fits()
     assert "cholesky.c is compiled again" in caplog.text

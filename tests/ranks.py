@@ -31,7 +31,12 @@ def on_ranks(count: int, *arguments: object, folder: Path, seconds: float = 120)
     process = subprocess.Popen(
         command,
         cwd=folder,
-        env={**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_mpi_yield_when_idle": "1"},
+        env={
+            **os.environ,
+            "OMP_NUM_THREADS": "1",
+            "OMPI_MCA_mpi_yield_when_idle": "1",
+            "PYTHONSAFEPATH": "",  # set where a test has run a command, and scripts import others
+        },
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -13,7 +13,7 @@
 typedef struct {
     cholmod_common common;
     cholmod_factor *L;
-    cholmod_dense *X, *Y, *E; /* solution and workspace, kept from one solve to the next */
+    cholmod_dense *E; /* workspace, kept from one solve to the next */
 } nnm_factors;
 
 /* Whether the library is of the version whose records this was compiled for. */
@@ -27,8 +27,6 @@ static int nnm_fits(void)
 static void nnm_free(nnm_factors *f)
 {
     cholmod_free_factor(&f->L, &f->common);
-    cholmod_free_dense(&f->X, &f->common);
-    cholmod_free_dense(&f->Y, &f->common);
     cholmod_free_dense(&f->E, &f->common);
     cholmod_finish(&f->common);
     free(f);
@@ -82,6 +80,13 @@ static void nnm_order(nnm_factors *f, int *order)
 /* Solve L y = b, or L^T x = y, in place, for columns of n entries one after the other. */
 static int nnm_solve(nnm_factors *f, int transposed, int count, double *columns)
 {
+    size_t work = (size_t)count * f->L->maxesize;
+    if (!f->E || f->E->nzmax < work) {
+        cholmod_free_dense(&f->E, &f->common);
+        f->E = cholmod_zeros(work > 0 ? work : 1, 1, CHOLMOD_REAL, &f->common);
+        if (!f->E)
+            return 0;
+    }
     cholmod_dense B;
     memset(&B, 0, sizeof(B));
     B.nrow = B.d = f->L->n;
@@ -90,11 +95,9 @@ static int nnm_solve(nnm_factors *f, int transposed, int count, double *columns)
     B.x = columns;
     B.xtype = CHOLMOD_REAL;
     B.dtype = CHOLMOD_DOUBLE;
-    int system = transposed ? CHOLMOD_Lt : CHOLMOD_L;
-    if (!cholmod_solve2(system, f->L, &B, NULL, &f->X, NULL, &f->Y, &f->E, &f->common))
-        return 0;
-    memcpy(columns, f->X->x, B.nzmax * sizeof(double));
-    return 1;
+    if (transposed)
+        return cholmod_super_ltsolve(f->L, &B, f->E, &f->common);
+    return cholmod_super_lsolve(f->L, &B, f->E, &f->common);
 }
 
 /* The last count rows and columns of L, one column after the other; `lower` is zero before. */

@@ -17,6 +17,7 @@ from fenics_nnm.fem.constraints import AXES, LinearConstraints, Reference
 from fenics_nnm.fem.elimination import Elimination, Expression, eliminated
 from fenics_nnm.fem.mesh import TaggedMesh
 from fenics_nnm.fem.system import ConstrainedSystem, FreeSystem, System
+from fenics_nnm.fem.unrolled import owned_rows
 
 #: Most displacements that may carry the mass of a point together: each pair has an entry.
 _MOST_CARRYING = 6000
@@ -138,9 +139,7 @@ def constrained(
     """
     if not constraints.joining:
         return Constrained(space, constraints, Elimination())
-    size, index_map = space.dofmap.index_map_bs, space.dofmap.index_map
-    own = clamped[clamped < index_map.size_local * size] + index_map.local_range[0] * size
-    fixed = np.concatenate(tagged.mesh.comm.allgather(own))
+    fixed = np.concatenate(tagged.mesh.comm.allgather(owned_rows(space, clamped)))
     found = eliminated(constraint_equations(space, tagged, constraints, fixed))
     return Constrained(space, constraints, found)
 

@@ -28,6 +28,7 @@ from fenics_nnm.fem.constrained_nodes import (
 from fenics_nnm.fem.constraints import AXES, Coupling, Equation, LinearConstraints
 from fenics_nnm.fem.elimination import Equations
 from fenics_nnm.fem.mesh import TaggedMesh
+from fenics_nnm.fem.unrolled import unrolled
 
 #: Coordinates of a point outside of the mesh.
 SIX = 6
@@ -186,7 +187,7 @@ class _Maker:
             )
         right = np.einsum("iap,ia->pia", G, W).reshape(len(own), -1)
         motion = np.linalg.solve(normal, right)
-        columns = (found.blocks[:, None] * self._dim + np.arange(self._dim)).ravel()
+        columns = unrolled(found.blocks, self._dim)
         return _of_terms(
             [
                 [

@@ -17,6 +17,7 @@ from dolfinx import mesh as dmesh
 
 from fenics_nnm.arrays import Indices
 from fenics_nnm.fem.cutting import can_cut, cut, pairs_listed
+from fenics_nnm.fem.unrolled import unrolled
 
 #: With fewer cells the order of a solver is found as fast. Halves of halves have about so many.
 _WORTHWHILE, _LEAST = 4000, 4
@@ -43,8 +44,7 @@ def dissected(space: fem.FunctionSpace) -> Indices:
 
     To be called where it is worth it: it needs SCOTCH.
     """
-    order, size = nodes_dissected(space), space.dofmap.index_map_bs
-    return (order[:, None] * size + np.arange(size)).ravel().astype(np.int32)
+    return unrolled(nodes_dissected(space), space.dofmap.index_map_bs).astype(np.int32)
 
 
 def nodes_dissected(space: fem.FunctionSpace) -> Indices:

@@ -30,6 +30,7 @@ from fenics_nnm.fem.regions import Region, Regions, regions_on
 from fenics_nnm.fem.state import StaticState
 from fenics_nnm.fem.stress import Expr, Theory, cauchy_stress, strain, stress
 from fenics_nnm.fem.system import System
+from fenics_nnm.fem.unrolled import owned_rows, unrolled
 
 #: Dimension of the mesh that each theory needs.
 THEORY_DIMENSION: dict[Theory, int] = {"rod": 1, "plane-stress": 2, "plane-strain": 2, "solid": 3}
@@ -134,20 +135,20 @@ def assemble_solid(
         )
     regions = regions_on(tagged, body.regions)
     space = fem.functionspace(tagged.mesh, ("Lagrange", body.degree, (tagged.dim,)))
-    clamp, unrolled = _clamped(space, tagged, clamped_facets, clamps)
-    joined = constrained(space, tagged, body.constraints, unrolled)
+    clamp, fixed = _clamped(space, tagged, clamped_facets, clamps)
+    joined = constrained(space, tagged, body.constraints, fixed)
     for axis in range(tagged.dim):
         clamp.append(_held_along(space, axis, joined.held[joined.held % tagged.dim == axis]))
-    unrolled = np.union1d(unrolled, joined.held).astype(np.int32)
+    fixed = np.union1d(fixed, joined.held).astype(np.int32)
     K = assemble_matrix(fem.form(_strain_energy(space, body, regions)), clamp, 1.0)
     M = mass_matrix(space, regions, body.extent)
-    vertices = _attach(tagged, space, body, (K, M), clamp, unrolled)
-    M.zeroRowsColumns(_owned_rows(space, unrolled), 0.0)
+    vertices = _attach(tagged, space, body, (K, M), clamp, fixed)
+    M.zeroRowsColumns(owned_rows(space, fixed), 0.0)
     K, M, system = joined.system(K, M)
     for matrix in (K, M):
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     held = tuple(clamp)
-    return Solid(tagged, space, K, M, unrolled, body, regions, vertices, system, held)
+    return Solid(tagged, space, K, M, fixed, body, regions, vertices, system, held)
 
 
 def _held_along(space: fem.FunctionSpace, axis: int, dofs: Indices) -> fem.DirichletBC:
@@ -164,11 +165,11 @@ def _clamped(
     blocks = fem.locate_dofs_topological(space, tagged.dim - 1, facets)
     # a function, since from dolfinx 0.11 on a constant of a rod's vectors has another shape
     clamp = [fem.dirichletbc(fem.Function(space), blocks)]
-    unrolled = (blocks[:, None] * tagged.dim + np.arange(tagged.dim)).ravel().astype(np.int32)
-    for axis, dofs in _held(space, tagged, clamps, unrolled):
+    clamped = unrolled(blocks, tagged.dim)
+    for axis, dofs in _held(space, tagged, clamps, clamped):
         clamp.append(_held_along(space, axis, dofs))
-        unrolled = np.union1d(unrolled, dofs).astype(np.int32)
-    return clamp, unrolled
+        clamped = np.union1d(clamped, dofs).astype(np.int32)
+    return clamp, clamped
 
 
 def _held(
@@ -211,13 +212,6 @@ def _attach(
                     assemble_matrix(matrix, form, clamp, 1.0)
                     matrix.assemble()
     return vertices
-
-
-def _owned_rows(space: fem.FunctionSpace, unrolled: Indices) -> Indices:
-    """Rows of a matrix that this rank has, of local degrees of freedom, ghosts included."""
-    size, index_map = space.dofmap.index_map_bs, space.dofmap.index_map
-    own = unrolled[unrolled < index_map.size_local * size]
-    return (own + index_map.local_range[0] * size).astype(np.int32)
 
 
 def stress_tensor(u: Expr, solid: Solid) -> Expr:

@@ -35,6 +35,7 @@ from fenics_nnm.fem.cholesky import Cholesky, kernel
 from fenics_nnm.fem.dissection import nodes_dissected, worth_dissecting
 from fenics_nnm.fem.factorisation import cholmod_fits
 from fenics_nnm.fem.solid import Solid
+from fenics_nnm.fem.unrolled import unrolled
 
 logger = logging.getLogger(__name__)
 
@@ -59,12 +60,14 @@ class Part:
         inner: Owned degrees of freedom that no other rank has, in an order of few entries of
             factors, local, shape (i,).
         face: Degrees of freedom of the interface that this rank has, local, shape (f,).
+        numbers: Rows of the matrix of `inner` and `face`, shape (i + f,).
         places: Where those of `face` are on the whole interface, shape (f,).
         shared: The whole interface, numbers of rows of the matrix, ascending, shape (s,).
     """
 
     inner: Indices
     face: Indices
+    numbers: Indices
     places: Indices
     shared: Indices
 
@@ -76,12 +79,13 @@ class Part:
         order = nodes_dissected(space)
         numbers = np.asarray(nodes.local_to_global(order.astype(np.int32)), dtype=np.int64)
         elsewhere = np.isin(numbers, shared)
-        face, numbers = order[elsewhere], numbers[elsewhere]
+        inner, face, own = order[~elsewhere], order[elsewhere], numbers[elsewhere]
         return cls(
-            _unrolled(order[~elsewhere], size),
-            _unrolled(face, size),
-            _unrolled(np.searchsorted(shared, numbers), size),
-            _unrolled(shared, size),
+            unrolled(inner, size),
+            unrolled(face, size),
+            unrolled(np.concatenate([numbers[~elsewhere], own]), size),
+            unrolled(np.searchsorted(shared, own), size),
+            unrolled(shared, size),
         )
 
 
@@ -268,18 +272,17 @@ def _inner_rows(solid: Solid, part: Part) -> csr_matrix:
     Raises:
         ConvergenceError: if it has entries at other columns.
     """
-    nodes, size = solid.space.dofmap.index_map, solid.space.dofmap.index_map_bs
-    rows = np.concatenate([part.inner, part.face])
-    numbers = np.asarray(nodes.local_to_global((rows // size).astype(np.int32)), dtype=np.int64)
-    place = np.full(nodes.size_global * size, -1, dtype=np.int32)
-    place[numbers * size + rows % size] = np.arange(len(rows))
+    place = np.full(solid.stiffness.getSize()[0], -1, dtype=np.int32)
+    place[part.numbers] = np.arange(len(part.numbers))
     starts, columns, values = solid.stiffness.getValuesCSR()
     shape = (len(starts) - 1, len(place))
     found = csr_matrix((values, columns, starts), shape=shape)[part.inner]
     columns = place[found.indices]
     if (columns < 0).any():
         raise ConvergenceError("the stiffness couples inner displacements of two ranks")
-    return csr_matrix((found.data, columns, found.indptr), shape=(len(part.inner), len(rows)))
+    return csr_matrix(
+        (found.data, columns, found.indptr), shape=(len(part.inner), len(part.numbers))
+    )
 
 
 def _of_interface(solid: Solid, part: Part) -> Array:
@@ -307,8 +310,3 @@ def _with_end(inner: csr_matrix, end: Array) -> tuple[Indices, Indices, Array]:
     own = np.arange(count, whole, dtype=inner.indices.dtype)
     columns = np.concatenate([inner.indices, np.tile(own, face)])
     return starts, columns, np.concatenate([inner.data, end.ravel()])
-
-
-def _unrolled(blocks: Indices, size: int) -> Indices:
-    """Degrees of freedom of blocks."""
-    return np.asarray(blocks[:, None] * size + np.arange(size)).ravel()
